@@ -35,6 +35,9 @@ class Chart(Protocol):
     def reset(self) -> None:
         """Count from the undeformed state."""
 
+    def state(self, x: Floats) -> Floats:
+        """The state of unknowns x, whatever they are counted from."""
+
     def rebase(self, x: Floats) -> Floats:
         """Count from x from now on; the unknowns of that state, whose rotation vectors are zero."""
 

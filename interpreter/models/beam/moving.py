@@ -21,7 +21,7 @@ from softmark.interpreter.vocabulary.loads import Routed
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.turning import Turning
+from softmark.solvers.dynamics.turning import Chart, Turning
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
@@ -30,7 +30,7 @@ from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, Turned
 from softmark.solvers.linear.chains import ChainSolver
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.solvers.dynamics.resolution import Resolution
@@ -48,27 +48,30 @@ class MovingBeam(PreparedMotion):
     rest: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
-    def _chart(self) -> RodChart:
+    def _turning(self) -> Turning:
         assert self.problem.turning is not None
-        chart = self.problem.turning.chart
-        assert isinstance(chart, RodChart)
-        return chart
+        return self.problem.turning
 
     def _state(self, motion: Motion) -> Floats:
-        return self._chart.state(motion.x)
+        return self._turning.chart.state(motion.x)
 
     def _resolution(self) -> Resolution | None:
-        self._chart.reset()  # it is asked for at rest
+        self._turning.reset()  # it is asked for at rest
         return super()._resolution()
 
-    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """How points around the axis move, and where they end: there is no mesh to show."""
+    def _shift(self, x: Floats) -> Callable[[Floats], Floats]:
+        """How far points (n, 3) around the axis move in a state."""
         rest = self.rest
+        return lambda X: displacement_at(x, rest, X)
+
+    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+        """How points move, and where they end: there is no mesh to show."""
+        shifts = [self._shift(x) for x in states]
 
         def course(X: Floats) -> Floats:
-            return np.array([displacement_at(x, rest, X) for x in states])
+            return np.array([shift(X) for shift in shifts])
 
-        return {"course": course, "displacement": lambda X: displacement_at(states[-1], rest, X)}
+        return {"course": course, "displacement": shifts[-1]}
 
     def _mesh_facts(self) -> dict[str, Any]:
         return {}
@@ -79,24 +82,38 @@ def moving(
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingBeam:  # fmt: skip
     """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself; `problem` is that at rest."""
+    chart = RodChart(elastic.rest)
+    loads = [(load, _in_motion(load, energy, chart)) for load, energy in applied]
+    axes = rotation(elastic.rest.reshape(-1, 7)[:, 3:])
+    found = dynamics(case, problem, chart, TurningRod(chart, elastic), loads, static.points, axes, mass)
+    analysis: Any = case.analysis
+    return MovingBeam(static, declared, analysis, found, rest=elastic.rest)
+
+
+def dynamics(
+    case: Case, problem: Statics, chart: Chart, rods: Energy, loads: Sequence[tuple[Declared, Energy]], X: Floats,
+    axes: Floats, mass: Floats,
+) -> Dynamics:  # fmt: skip
+    """Of `rods` over a chart: what turns are nodes at X (n, 3), m, about their `axes` (n, 3, 3), as columns.
+
+    `mass` (6 n,) is theirs, kg and kg m^2; `problem` is that at rest. Raises Fault.
+    """
     analysis: Any = case.analysis
     must_be_followed(case, analysis)
-    chart, count = RodChart(elastic.rest), len(static.points)
-    own = mass.reshape(-1, 6)
+    count, own = len(X), mass.reshape(-1, 6)
     start = np.zeros((count, 6))
-    start[:, :3] = velocity(analysis, static.points, np.repeat(own[:, 0], 3)).reshape(-1, 3)
-    start[:, 3:] = np.array(analysis.spin) @ rotation(elastic.rest.reshape(-1, 7)[:, 3:])  # about the nodes' own axes
-    loads = [_in_motion(load, energy, chart) for load, energy in applied]
+    start[:, :3] = velocity(analysis, X, np.repeat(own[:, 0], 3)).reshape(-1, 3)
+    start[:, 3:] = np.array(analysis.spin) @ axes
     where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
-    dynamics = Dynamics(
-        Assembly(6 * count, problem.fixed, [TurningRod(chart, elastic)], loads),
+    return Dynamics(
+        Assembly(6 * count, problem.fixed, [rods], [energy for _, energy in loads]),
         mass,
         np.zeros(6 * count),
         start.ravel(),
         problem.fixed,
         problem.target,
         support_course(case),
-        tuple(course_of(load) for load, _ in applied),
+        tuple(course_of(load) for load, _ in loads),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator_of(analysis),
         analysis.tolerance,
@@ -105,7 +122,6 @@ def moving(
         lagged=False,
         turning=Turning(chart, where, np.ascontiguousarray(own[:, 3:])),
     )
-    return MovingBeam(static, declared, analysis, dynamics, rest=elastic.rest)
 
 
 def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
