@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
-from softmark.interpreter.models.beam.carrying import acting, on_rod
+from softmark.interpreter.models.beam.carrying import in_space, on_rod
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
@@ -59,9 +59,7 @@ class PreparedBeam(Meshless):
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Of every load by itself at these nodes, at rest: forces and moments in space (n, 6), N and N m."""
-        frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
-        found = ((load, acting(energy, self.rest)) for load, energy in self.applied)
-        return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]
+        return in_space(self.applied, self.rest, rotation(self.rest.reshape(-1, 7)[:, 3:]))
 
     def warm(self) -> None:
         """Nothing to compile, beams are numpy; but libraries and classes are made at their first use."""

@@ -1,4 +1,4 @@
-"""What acts at the nodes of a beam at rest."""
+"""What acts at the nodes of a beam at rest, or at the points of a network."""
 
 from __future__ import annotations
 
@@ -17,17 +17,30 @@ from softmark.solvers.energies.rod_rotation import rotation
 def on_rod(assembly: Assembly, rest: Floats, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> Carried:
     """Of a state x (nodes * 7,); moments are about the material axes, as the solver's are."""
     nodes, start = x.reshape(-1, 7), rest.reshape(-1, 7)
-    left = assembly.gradient(x, 1.0).reshape(-1, 6)
-    own = {load.name: acting(energy, x) for load, energy in loads}
     energy = sum(_energy(e, x) for e in assembly.internal if isinstance(e, RodElastic))
-    u = nodes[:, :3] - start[:, :3]
+    return carried(assembly, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
+
+
+def carried(
+    assembly: Assembly, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
+    frames: Floats,
+) -> Carried:  # fmt: skip
+    """Of a state x whose strain energy, J, is known, with what turns (n,) at X and `now`, m, about its `frames`."""
+    left = assembly.gradient(x, 1.0).reshape(-1, 6)
+    own = {load.name: _acting(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
-    return Carried(start[:, :3], u, nodes[:, :3], left, own, float(energy), work, rotation(nodes[:, 3:]))
+    return Carried(X, now - X, now, left, own, energy, work, frames)
 
 
-def acting(load: Energy, x: Floats) -> Floats:
-    """Forces and moments about the material axes of a load in a state x (n, 6)."""
-    g = np.zeros(x.size // 7 * 6)
+def in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:
+    """Of every load by itself in a state x: forces and moments in space (n, 6), N and N m, on what has `frames`."""
+    found = ((load, _acting(energy, x, len(frames))) for load, energy in loads)
+    return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]
+
+
+def _acting(load: Energy, x: Floats, count: int) -> Floats:
+    """Forces and moments of a load in a state x, the moments about the axes of the nodes or points (n, 6)."""
+    g = np.zeros(6 * count)
     load.add_gradient(x, g)
     return -g.reshape(-1, 6)
 

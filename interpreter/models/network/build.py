@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.answers.carried import Carried
 from softmark.interpreter.models.answers.vibrations import about
+from softmark.interpreter.models.beam.carrying import carried, in_space
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.network.layout import Layout
@@ -33,6 +33,7 @@ from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibri
 from softmark.solvers.statics.rod_network import RodNetwork
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.answers.carried import Carried
     from softmark.solvers.statics.equilibrium import Watch
 
 
@@ -53,11 +54,7 @@ class PreparedNetwork(Meshless):
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Of every load by itself at the points, at rest: forces and moments in space (p, 6), N and N m."""
-        axes, found = self.layout.axes, []
-        for load, energy in self.applied:
-            f = acting(energy, self.layout.rest, self.layout.count)
-            found.append((load, np.hstack([f[:, :3], np.einsum("pij,pj->pi", axes, f[:, 3:])])))
-        return found
+        return in_space(self.applied, self.layout.rest, self.layout.axes)
 
     def warm(self) -> None:
         """Nothing to compile; but libraries and classes are made at their first use."""
@@ -76,20 +73,9 @@ class PreparedNetwork(Meshless):
 
     def _carried(self, x: Floats) -> Carried:
         """What acts at the points in a state x (n * 7,); moments are about the axes of the points."""
-        layout, count = self.layout, self.layout.count
-        left = self.problem.assembly.gradient(x, 1.0).reshape(-1, 6)
-        own = {load.name: acting(energy, x, count) for load, energy in self.applied}
-        energy = float(sum(e.value(x) for e in self.problem.assembly.internal))
-        now = x.reshape(-1, 7)[layout.first, :3]
-        work = {load.name: -e.value(x) if e.conservative else None for load, e in self.applied}
-        return Carried(layout.X, now - layout.X, now, left, own, energy, work, layout.frames(x))
-
-
-def acting(load: Energy, x: Floats, points: int) -> Floats:
-    """Forces and moments about the axes of the points of a load in a state x (p, 6)."""
-    g = np.zeros(6 * points)
-    load.add_gradient(x, g)
-    return -g.reshape(-1, 6)
+        layout, assembly = self.layout, self.problem.assembly
+        energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
+        return carried(assembly, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
 def load(model: Frame6Dof) -> None:
