@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -24,7 +24,7 @@ from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
-from softmark.solvers.mesh.shape import Prism
+from softmark.solvers.mesh.shape import Prism, Section
 
 
 @dataclass(frozen=True)
@@ -49,21 +49,15 @@ class BeamLine:
     @property
     def stiffness(self) -> Floats:
         """EA, GA2, GA3, GJ, EI2, EI3."""
-        section, material = self.case.prism.section, self.case.material
-        E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
-        shear = section.shear_factor(material.poisson) * G * section.area
-        return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
+        return stiffness(self.case.prism.section, self.case.material)
 
     def rod(self, displacement: Any) -> tuple[CheckedRod, float]:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
         shape = self.case.prism
-        arm = max(max(abs(u), abs(v)) for u, v in shape.section.samples())
-        X, axes = self.at_rest
-        beside = X[:, None] + arm * axes[:, 1:]
-        x = X + displacement(X)
-        tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
+        arm, (X, axes) = arm_of(shape.section), self.at_rest
+        x, R = deformed(X, axes[:, 1:], arm, displacement)
         rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
-        R, l, natural = frames(tips, np.full(2, arm)), np.diff(self.s), None
+        l, natural = np.diff(self.s), None
         if not isinstance(shape, Prism):
             l, natural = np.linalg.norm(np.diff(X, axis=0), axis=1), (X, axes.transpose(0, 2, 1))
         return CheckedRod(x, R, l, self.stiffness, rigid, natural), arm
@@ -107,15 +101,9 @@ class BeamLine:
         return both
 
     def _line(self, begin: Floats, end: Floats) -> Floats:
-        """What each node takes of a line on the axis (n,), m: hat functions by Simpson's rule between kinks."""
+        """What each node takes of a line on the axis (n,), m."""
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
-        found = np.zeros(len(self.s))
-        places = np.unique(np.clip(np.concatenate([[low, high], self.s]), low, high))
-        for a, b in itertools.pairwise(places.tolist()):
-            for s, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
-                hats = np.array([np.interp(s, self.s, row) for row in np.eye(len(self.s))])
-                found += weight * (b - a) / 6.0 * hats
-        return found
+        return hats(self.s, low, high)
 
     def _route(self, tendon: Routed, s: Floats) -> tuple[Floats, Floats]:
         """Arms and slopes of a tendon (k, 3) in the axes of sections at stations s (k,), m, by complex numbers."""
@@ -163,6 +151,42 @@ class BeamLine:
         return np.outer(where, np.isin(np.arange(6), which))
 
 
+def stiffness(section: Section, material: Any) -> Floats:
+    """EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
+    E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
+    shear = section.shear_factor(material.poisson) * G * section.area
+    return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
+
+
+def arm_of(section: Section) -> float:
+    """How far beside the axis, m, points are looked at."""
+    return max(max(abs(u), abs(v)) for u, v in section.samples())
+
+
+def deformed(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
+    """Where nodes X (n, 3), m, are, and their axes (n, 3, 3), from arms along two that were `across` (n, 2, 3).
+
+    `displacement` says it of points.
+    """
+    beside = X[:, None] + arm * across
+    x = X + displacement(X)
+    tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
+    return x, frames(tips, np.full(2, arm))
+
+
+def hats(s: Floats, low: float, high: float, size: Callable[[float], float] = lambda s: 1.0) -> Floats:
+    """What each node at stations s (n,), m, takes of a line between two, times its `size` there (n,), m.
+
+    Hat functions by Simpson's rule between kinks: it is exact of the third degree, of hats times areas that taper.
+    """
+    found = np.zeros(len(s))
+    kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
+    for a, b in itertools.pairwise(kinks.tolist()):
+        for at, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
+            found += size(at) * weight * (b - a) / 6.0 * np.array([np.interp(at, s, row) for row in np.eye(len(s))])
+    return found
+
+
 def line_of(found: Found) -> BeamLine:
     """The beam of a solution."""
     return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
@@ -178,7 +202,11 @@ def rod_of(found: Found) -> tuple[CheckedRod, float]:
 
 def balance_of(found: Found) -> ForceBalance:
     """The forces of a beam found again. Raises Unchecked."""
-    inside, outside, fixed, noise = _forces(found)
+    return worse(*_forces(found))
+
+
+def worse(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
+    """The balance of forces, or that of forces and moments (n, 6)."""
     result = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
     whole = solids.balance(inside, outside, fixed, noise, None)
     return whole if whole.residual >= result.residual else result

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
-from itertools import pairwise
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.kinds.beam_forces import arm_of, deformed, hats, stiffness, worse
 from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, Beams
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
@@ -25,11 +25,10 @@ from softmark.interpreter.models.network import places
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.supports import Hinged
 from softmark.records import dataclass
-from softmark.solvers.checks import solids
-from softmark.solvers.checks.rods import CheckedRod, frames
+from softmark.solvers.checks.rods import CheckedRod
 from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.mesh.frame import Member, Network
-from softmark.solvers.mesh.shape import Section, transverse
+from softmark.solvers.mesh.shape import transverse
 
 FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
 TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
@@ -59,7 +58,7 @@ class Frame:
     @cached_property
     def at(self) -> tuple[Floats, NDArray[np.int64]]:
         """Different places among the nodes (p, 3), m, and that of every node (n,): those that are nearer than a
-        millionth of a segment are one."""
+        thousandth of a segment are one."""
         every = np.concatenate(self.X)
         least = min(m.length for m in self.network.members) / self.found.declared.thing.segments
         known: dict[tuple[int, ...], int] = {}
@@ -76,32 +75,22 @@ class Frame:
         return [self._rod(i, member) for i, member in enumerate(self.network.members)]
 
     def _rod(self, number: int, member: Member) -> CheckedRod:
-        X, arm = self.X[number], _arm(member)
+        X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
         shifts: Any = self.found.solution.displacement  # of a network, which knows its members
-        beside = X[:, None] + arm * np.array(member.frame(0.0))[1:]
-        x = X + shifts.of(number, X)
-        tips = (beside + shifts.of(number, beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
-        return CheckedRod(
-            x, frames(tips, np.full(2, arm)), np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(number, member)
-        )
+        x, R = deformed(X, across, arm_of(member.section), partial(shifts.of, number))
+        return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(number, member))
 
     def _C(self, number: int, member: Member) -> Floats:
         """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered member those of each element (e, 6): means of 1 / C."""
         if not member.tapered:
-            return self._of_section(member.section)
+            return stiffness(member.section, self.found.case.material)
         s = np.linspace(0.0, member.length, len(self.X[number]))
         at, weights = _clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
         fine = s[:-1, None] + np.diff(s)[:, None] * at
-        weak = 1.0 / np.array([[self._of_section(member.section_at(place)) for place in row] for row in fine.tolist()])
-        found: Floats = 1.0 / np.einsum("g,egc->ec", weights, weak)
-        return found
-
-    def _of_section(self, section: Section) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
         material = self.found.case.material
-        E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
-        shear = section.shear_factor(material.poisson) * G * section.area
-        return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
+        each = [[stiffness(member.section_at(place), material) for place in row] for row in fine.tolist()]
+        found: Floats = 1.0 / np.einsum("g,egc->ec", weights, 1.0 / np.array(each))
+        return found
 
     @cached_property
     def x(self) -> Floats:
@@ -125,24 +114,24 @@ class Frame:
         return self.joined([np.sum([*self._loads(i, m)], axis=0) for i, m in enumerate(self.network.members)])
 
     def _loads(self, number: int, member: Member) -> Iterator[Floats]:
-        """Of every load what it does at the nodes of a member (k, 6); hat functions by Simpson's rule between kinks."""
+        """Of every load what it does at the nodes of a member (k, 6)."""
         X = self.X[number]
+        s = np.linspace(0.0, member.length, len(X))
         yield np.zeros((len(X), 6))
         for load in self.found.case.loads:
             found = np.zeros((len(X), 6))
             match load.thing.action:
                 case PerMass(acceleration=g):
                     w = self.found.case.material.density * np.array(g)
-                    found[:, :3] = np.outer(_hats(member, len(X), 0.0, member.length, True), w)
+                    found[:, :3] = np.outer(hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w)
                 case PerLength(begin=begin, end=end, force=q):
                     if places.line(self.network, begin, end)[0] == number:  # type: ignore[index]
                         low, high = sorted(
                             float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
                         )
-                        found[:, :3] = np.outer(_hats(member, len(X), low, high), q)
+                        found[:, :3] = np.outer(hats(s, low, high), q)
                 case AtPoint(at=at, force=force):
                     if places.at(self.network, at)[0] == number:  # type: ignore[index]
-                        s = np.linspace(0.0, member.length, len(X))
                         here = float(np.dot(np.subtract(at, member.begin), member.axis))
                         found[:, :3] = np.outer([np.interp(here, s, row) for row in np.eye(len(X))], force)
                 case Turning(where=where, moment=moment):
@@ -203,10 +192,6 @@ class Frame:
         return found
 
 
-def _arm(member: Member) -> float:
-    return max(max(abs(u), abs(v)) for u, v in member.section.samples())
-
-
 def _clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
     """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
     turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
@@ -214,20 +199,6 @@ def _clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
     weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
     weights[[0, -1]] *= 0.5
     return 0.5 * (1.0 - np.cos(turn)), weights / n
-
-
-def _hats(member: Member, count: int, low: float, high: float, areas: bool = False) -> Floats:
-    """What each of `count` nodes takes of a line along a member (count,), m; times `areas`, m^3.
-
-    Hats times areas are of the third degree, of which Simpson's rule is exact.
-    """
-    s, found = np.linspace(0.0, member.length, count), np.zeros(count)
-    kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
-    for a, b in pairwise(kinks.tolist()):
-        for at, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
-            size = member.section_at(at).area if areas else 1.0
-            found += size * weight * (b - a) / 6.0 * np.array([np.interp(at, s, row) for row in np.eye(count)])
-    return found
 
 
 def frame_of(found: Found) -> Frame:
@@ -244,7 +215,7 @@ def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
         raise Unchecked("there is no solution")
     if _forces not in found.known:
         frame, scale = frame_of(found), _per_length(found)
-        noise = max(rod.rounding(_arm(m)) for rod, m in zip(frame.rods, frame.network.members, strict=True))
+        noise = max(rod.rounding(arm_of(m.section)) for rod, m in zip(frame.rods, frame.network.members, strict=True))
         inside, outside = frame.inside() * scale, frame.outside() * scale
         found.known[_forces] = inside, outside, frame.held(), noise * len(frame.rods) ** 0.5
     known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
@@ -267,7 +238,7 @@ class Networks(Beams):
         frame = frame_of(found)
         for rod, member in zip(frame.rods, frame.network.members, strict=True):
             u, v = (max(abs(p[i]) for p in member.section.samples()) for i in (0, 1))
-            own = rod.strain(np.array([_arm(member), v, u]))
+            own = rod.strain(np.array([arm_of(member.section), v, u]))
             bent, stretched = max(bent, own[0]), max(stretched, own[1])
             curvature = max(curvature, float(np.hypot(rod.curvatures[:, 1], rod.curvatures[:, 2]).max()))
         return {
@@ -279,10 +250,7 @@ class Networks(Beams):
         """By the formulas of solvers/checks/rods.py, added up at points. Raises Unchecked."""
         inside, outside, fixed, noise = _forces(found)
         inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
-        parts = solids.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
-        whole = solids.balance(inside, outside, fixed, noise, None)
-        claimed = found.solution.facts.get("residual")
-        return (whole if whole.residual >= parts.residual else parts), claimed
+        return worse(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
     def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
         """By the same formulas. Raises Unchecked."""
