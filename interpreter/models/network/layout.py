@@ -131,8 +131,7 @@ class Layout:
         found[several] = np.linalg.eigh(own[several])[1]
         found[several, :, 0] *= np.sign(np.linalg.det(found[several]))[:, None]
         for i, axis in self.hinges.items():
-            if axis is not None:
-                found[i] = np.array([axis, *transverse(axis)]).T
+            found[i] = np.array([axis, *transverse(axis)]).T
         return found
 
     def mass(self) -> Floats:
@@ -151,9 +150,9 @@ class Layout:
     # ------------------------------------------------------------------ supports
 
     @cached_property
-    def hinges(self) -> dict[int, tuple[float, float, float] | None]:
-        """The axis about which a held point may turn, None where it turns about every axis; of hinged points."""
-        found: dict[int, tuple[float, float, float] | None] = {}
+    def hinges(self) -> dict[int, tuple[float, float, float]]:
+        """The axis of a hinge that has one, of each point that it holds; of several the first's."""
+        found: dict[int, tuple[float, float, float]] = {}
         for support in self.case.supports:
             if isinstance(support.thing, Hinged) and support.thing.axis is not None:
                 for i in self.held_points(support).tolist():
@@ -180,7 +179,7 @@ class Layout:
             return (0, 1, 2)
         if support.thing.axis is None:
             return ()
-        same = np.cross(support.thing.axis, self.hinges[point] or support.thing.axis)
+        same = np.cross(support.thing.axis, self.hinges[point])
         return (1, 2) if np.linalg.norm(same) <= ALIGNED else (0, 1, 2)
 
     def held(self) -> tuple[Ints, Floats]:
