@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
 Vector = tuple[float, float, float]
+
+
+def vector(v: Iterable[float]) -> Vector:
+    """Three numbers of an array, as those of Python."""
+    x, y, z = (float(c) for c in v)
+    return x, y, z
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.loads import Vector
+from softmark.interpreter.results.loads import vector
 from softmark.interpreter.results.reactions import Reaction
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
@@ -204,13 +204,8 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
         at = at * (0.0, 1.0, 0.0) if carried.axial else at
         both = np.any([s.holds for s in others], axis=0) & support.holds if others else taken & False
         found[support.name] = Reaction(
-            _vector(own.force), _vector(own.moment), _vector(at), _vector(own.about(at)), tuple(s.name for s in others),
-            _vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
+            vector(own.force), vector(own.moment), vector(at), vector(own.about(at)), tuple(s.name for s in others),
+            vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
         )  # fmt: skip
         taken |= support.holds
     return found
-
-
-def _vector(v: Floats) -> Vector:
-    x, y, z = (float(c) for c in v)
-    return x, y, z

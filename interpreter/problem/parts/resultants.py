@@ -14,7 +14,7 @@ from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.problem.parts.true import selected
-from softmark.interpreter.results.loads import Resultant, Vector
+from softmark.interpreter.results.loads import Resultant, Vector, vector
 from softmark.interpreter.vocabulary.loads import (
     AtPoint,
     Follower,
@@ -65,7 +65,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     if case.depth:
         return _around(case, load, mesh, f)
     forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
-    force, moment = _vector(forces.sum(axis=0)), _vector(np.cross(points, forces).sum(axis=0) + _total(turns))
+    force, moment = vector(forces.sum(axis=0)), vector(np.cross(points, forces).sum(axis=0) + _total(turns))
     action = load.thing.action
     if isinstance(action, AtPoint | PerLength):
         return _placed(action, force, moment)
@@ -107,8 +107,8 @@ def _placed(action: AtPoint | PerLength, force: Vector, moment: Vector) -> Resul
         exact = action.length * np.array(action.force)
     else:
         at, exact = np.array(action.at), np.array(action.force)
-    share, turn = _ratio(force, _vector(exact)), _vector(np.cross(at, exact))
-    return Resultant(force, moment, None, _vector(exact), share, exact_moment=turn, length=length)
+    share, turn = _ratio(force, vector(exact)), vector(np.cross(at, exact))
+    return Resultant(force, moment, None, vector(exact), share, exact_moment=turn, length=length)
 
 
 def _turning(action: Turning, force: Vector, moment: Vector, known: Loaded | None, area: float | None) -> Resultant:
@@ -132,26 +132,21 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     shape = case.shape
     match load.thing.action:
         case PerMass(acceleration=g) if shape.volume is not None and not case.parts and case.uniform:
-            return _vector(case.material.density * shape.volume * np.array(g)), None
+            return vector(case.material.density * shape.volume * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
-            return _vector(found[0] * np.array(t)), found[0]
+            return vector(found[0] * np.array(t)), found[0]
         case Turning(where=where) if (found := selected(shape, where)) is not None:
             return (0.0, 0.0, 0.0), found[0]
         case Tensile(where=where) as pull if (found := selected(shape, where)) is not None:
-            return _vector(found[1] @ np.array(pull.tensor)), found[0]
+            return vector(found[1] @ np.array(pull.tensor)), found[0]
         case Follower(where=where, pressure=p) if (found := selected(shape, where)) is not None:
-            return _vector(-p * found[1]), found[0]
+            return vector(-p * found[1]), found[0]
     return None, None
 
 
 def _ratio(force: Vector, exact: Vector) -> float:
     size = float(np.dot(exact, exact))
     return float(np.dot(force, exact)) / size if size else 1.0
-
-
-def _vector(v: Floats) -> Vector:
-    x, y, z = (float(c) for c in v)
-    return x, y, z
 
 
 def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
