@@ -32,7 +32,7 @@ class Joints:
         frames = rotation(rest.reshape(-1, 7)[:, 3:])
         return Joints(point, np.einsum("nki,nkj->nij", axes[point], frames))
 
-    @property
+    @cached_property
     def points(self) -> int:
         """How many points there are."""
         return int(self.point.max()) + 1
