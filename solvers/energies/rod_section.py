@@ -8,15 +8,11 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cached_property
 from math import pi
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
-
-if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Section
 
 
 @dataclass(frozen=True)
@@ -89,13 +85,6 @@ class RodSection:
         E, G = self.young, self.shear
         shears = (self.k2 * G * self.area, self.k3 * G * self.area)
         return RodStiffness(E * self.area, *shears, G * self.J, E * self.I2, E * self.I3)
-
-
-def of_section(section: Section, material: Any) -> RodSection:
-    """Of a shape, whose first and second axis e2 and e3 lie along, made of a `material`."""
-    I2, I3 = section.moments  # about its first and its second axis: about e2 the distance is X3
-    kappa = section.shear_factor(material.poisson)
-    return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
 
 
 def circular(radius: float, young: float, poisson: float) -> RodSection:

@@ -14,6 +14,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import in_space, on_rod
+from softmark.interpreter.models.beam.sections import of_section
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
@@ -28,7 +29,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
-from softmark.solvers.energies.rod_section import RodSection, RodStiffness, of_section
+from softmark.solvers.energies.rod_section import RodSection, RodStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shape import Prism

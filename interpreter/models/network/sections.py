@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.models.beam.sections import of_section
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.rod_section import of_section
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.frame import Member
