@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,9 +31,13 @@ def cross_matrix(a: Floats) -> Floats:
 
 
 class OverElements(Energy):
-    """An energy of a rod at rest over its elements (m, 2), a node and another: what it says of each, added up."""
+    """An energy of a rod at rest over its elements: what it says of each, added up."""
 
-    elements: Ints
+    if TYPE_CHECKING:
+
+        @property
+        def elements(self) -> Ints:
+            """A node and another (m, 2)."""
 
     @cached_property
     def stencils(self) -> Ints:
