@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerArea, PerMass
 from softmark.interpreter.vocabulary.supports import Holding
@@ -46,9 +46,7 @@ def _bar(case: Case) -> PulledBar:
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the integral is one of rest")
     held = _held(case)
-    root, axis = shape.root, shape.axis
-    if held == 1:
-        root, axis = moved(root, (shape.length, axis)), moved((0.0, 0.0, 0.0), (-1.0, axis))
+    root, axis = seen_from(shape, held)
     material = case.material
     if isinstance(material.poisson, Profile):
         raise Refused("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
@@ -68,10 +66,9 @@ def _held(case: Case) -> int:
             raise Refused(f"the support `{support.name}` moves it", REMEDY)
         if all(free):
             continue  # without lateral contraction nothing moves across
-        ends = [coverage(thing.where, shape, s) for s in (0.0, shape.length)]
-        if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(thing.where, shape)} != {"none"}:
+        if (end := end_of(thing.where, shape)) is None:
             raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
-        found.add(ends.index("all"))
+        found.add(end)
     if len(found) != 1:
         raise Refused("no end is held along the axis" if not found else "both ends are held", REMEDY)
     return found.pop()
@@ -79,13 +76,11 @@ def _held(case: Case) -> int:
 
 def _pulls(case: Case, free: int, axis: Any) -> tuple[float, float]:
     """The traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises Refused."""
-    shape, force, pull = case.prism, 0.0, 0.0
+    force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:
             case PerArea(where=where, traction=traction):
-                ends = [coverage(where, shape, s) for s in (0.0, shape.length)]
-                between = {cover for _, cover in inside(where, shape)}
-                if ends[free] != "all" or ends[1 - free] != "none" or between != {"none"}:
+                if end_of(where, case.prism) != free:
                     raise Refused(f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY)
                 force += _component(load, traction, axis)
             case PerMass(acceleration=g):

@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
@@ -55,12 +55,10 @@ def clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
                 f"the support `{support.name}` is not a clamp",
                 "use `fixed(body, where = ...)` with all components",
             )
-        ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
-        between = {cover for _, cover in inside(support.thing.where, shape)}
-        if sorted(ends) != ["all", "none"] or between != {"none"}:
+        if (end := end_of(support.thing.where, shape)) is None:
             raise _refused(reference, f"the support `{support.name}` is not the clamp of one end face",
                            "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
-        clamped.append(ends.index("all"))
+        clamped.append(end)
     if len(set(clamped)) != 1:
         count = "no" if not clamped else "more than one"
         raise _refused(
@@ -68,10 +66,7 @@ def clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
             f"{count} end of `{case.body.name}` is clamped",
             "clamp one end: `fixed(body, where = x <= 0 mm)`",
         )
-    if clamped[0] == 0:
-        return shape.root, shape.axis
-    far = tuple(r + shape.length * a for r, a in zip(shape.root, shape.axis, strict=True))
-    return far, tuple(-a for a in shape.axis)
+    return seen_from(shape, clamped[0])
 
 
 def _section(case: Case) -> Disc | Ring | Rectangle:

@@ -6,7 +6,7 @@ import math
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Fixed, Turned
@@ -41,9 +41,7 @@ def _cylinder(case: Case) -> TwistedCylinder:
     for load in case.loads:
         raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
     held, turned = _ends(case)
-    root, axis = shape.root, shape.axis
-    if held == 1:
-        root, axis = moved(root, (shape.length, axis)), moved((0.0, 0.0, 0.0), (-1.0, axis))
+    root, axis = seen_from(shape, held)
     away = moved(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
@@ -59,10 +57,9 @@ def _ends(case: Case) -> tuple[int, Turned]:
         thing = support.thing
         if not isinstance(thing, Fixed | Turned) or len(thing.components) < 3:
             raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
-        ends = [coverage(thing.where, case.prism, s) for s in (0.0, case.prism.length)]
-        if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(thing.where, case.prism)} != {"none"}:
+        if (end := end_of(thing.where, case.prism)) is None:
             raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
-        if (end := ends.index("all")) in found:
+        if end in found:
             raise Refused("two supports take one end", REMEDY)
         found[end] = thing
     for end, thing in found.items():
