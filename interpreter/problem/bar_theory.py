@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerArea, PerMass
@@ -27,16 +27,8 @@ STATIONS = 33  # sections at which that is looked at
 REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`, or gravity along the axis"
 
 
-def bar_of(reference: Declared, case: Case) -> PulledBar:
-    """The bar of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _bar(case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _bar(case: Case) -> PulledBar:
+def bar_of(case: Case) -> PulledBar:
+    """The bar of a case. Raises Refused where an assumption of the theory is broken."""
     shape = case.shape
     if not isinstance(shape, Prism):
         raise Refused(f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube")

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.beam_theory import clamped_end
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerMass, Routed
 from softmark.references.cantilever import Disc, Rectangle, Refused, Ring
@@ -19,16 +18,8 @@ Vector = tuple[float, float, float]
 NEAR = 1e-9  # of the length: how far from the centre of the free end its force may act
 
 
-def driven_rod_of(reference: Declared, case: Case) -> DrivenRod:
-    """The rod of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _rod(reference, case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _rod(reference: Declared, case: Case) -> DrivenRod:
+def driven_rod_of(case: Case) -> DrivenRod:
+    """The rod of a case. Raises Refused where an assumption of the theory is broken."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder | Tube | Box):
         raise Refused(f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box")
@@ -36,7 +27,7 @@ def _rod(reference: Declared, case: Case) -> DrivenRod:
         raise Refused(f"the part `{case.parts[0].name}` is of another material", "the theory knows one material")
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the theory is solved for rest")
-    root, axis = clamped_end(reference, case)
+    root, axis = clamped_end(case)
     frame = _frame(axis)
     tip = _moved(root, shape.length, axis)
     force, routes = [0.0, 0.0, 0.0], []

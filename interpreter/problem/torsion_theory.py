@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -21,16 +20,8 @@ ALIGNED = 1e-9  # of a direction, and of the radius: how far the turn may lie be
 REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and nothing else"
 
 
-def cylinder_of(reference: Declared, case: Case) -> TwistedCylinder:
-    """The twisted cylinder of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _cylinder(case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _cylinder(case: Case) -> TwistedCylinder:
+def cylinder_of(case: Case) -> TwistedCylinder:
+    """The twisted cylinder of a case. Raises Refused where an assumption of the theory is broken."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
         raise Refused(f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way")
