@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.profiles import Profile
@@ -92,26 +93,26 @@ def _component(load: Declared, vector: Any, axis: Any) -> float:
 def _along(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
     """A constant by the distance from the held end, m. Raises Refused where it varies across a section.
 
-    What is read from a file is looked at when the reference is solved.
+    What is read from a file is looked at when the reference is solved, once.
     """
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)
     if not constant.fields:
         for along, across in _sections(case.prism, root, axis):
-            own = constant.value(along)
-            _must_be_even(constant, own, [constant.value(place) for place in across])
+            _must_be_even(constant, constant.value(along), [constant.value(place) for place in across])
         return lambda s: constant.values(_on_axis(s, root, axis), None)
-    return lambda s: _read(case, constant, root, axis, s)
 
+    @cache
+    def read() -> Any:
+        """What reads its file. Raises Refused."""
+        from softmark.interpreter.problem.field_files import reading
 
-def _read(case: Case, constant: Profile, root: Any, axis: Any, s: Floats) -> Floats:
-    """The same of one that is read from a file. Raises Refused."""
-    from softmark.interpreter.problem.field_files import reading
+        for along, across in _sections(case.prism, root, axis):
+            own, *others = constant.values([along, *across], reading)
+            _must_be_even(constant, own, others)
+        return reading
 
-    for along, across in _sections(case.prism, root, axis):
-        own, *others = constant.values([along, *across], reading)
-        _must_be_even(constant, own, others)
-    return constant.values(_on_axis(s, root, axis), reading)
+    return lambda s: constant.values(_on_axis(s, root, axis), read())
 
 
 def _on_axis(s: Floats, root: Any, axis: Any) -> Any:
