@@ -81,13 +81,16 @@ class Part(Protocol):
 
 def at_points(own: Part) -> Case:
     """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
-    mesh = own.mesh
-    constant = mesh.element.constant
-    rule = CELLS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
+    mesh, rule = own.mesh, _rule(own.mesh)
     sampled = _sampled(own.case, mesh, rule)
-    if constant and sampled.sampled:
+    if mesh.element.constant and sampled.sampled:
         sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
     return replace(own.case, other_material=sampled)
+
+
+def _rule(mesh: Mesh) -> Rule:
+    """By which constants are integrated over cells: theirs, or where one point does for the law, one that is finer."""
+    return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
 def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
@@ -108,7 +111,7 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
 
     For what is told of a solution: its constants are in their range at the points that it was solved with.
     """
-    own = CELLS[mesh.element.finer].quadrature() if mesh.element.constant else rule
+    own = _rule(mesh) if mesh.element.constant else rule
     X = places(mesh, own)
     found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
     if not (mesh.element.constant and found.sampled):
@@ -125,12 +128,11 @@ def places(mesh: Mesh, rule: Rule) -> Floats:
 
 def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
     """Raises Fault where a constant is out of its range: at the place where it is farthest out."""
-    low, high = np.nanmin(found, initial=np.inf), np.nanmax(found, initial=-np.inf)
     odd = np.flatnonzero(~np.isfinite(found))
-    worst = odd[:1] if len(odd) else np.array([found.argmin(), found.argmax()])
-    for i, value in zip(worst, (np.nan,) if len(odd) else (low, high), strict=True):
-        if not allowed(profile, float(value)):
-            raise out_of_range(case, profile, float(value), X.reshape(-1, 3)[i])
+    for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
+        value = float(found.flat[i])
+        if not allowed(profile, value):
+            raise out_of_range(case, profile, value, X.reshape(-1, 3)[i])
 
 
 def must_be_compressible(declared: Declared, own: Part) -> None:
@@ -213,8 +215,7 @@ def _fine(kind: str) -> Rule:
 
 def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     """What a mesh makes of a constant of the material of a case."""
-    own = CELLS[mesh.element.finer].quadrature() if mesh.element.constant else mesh.element.quadrature()
-    fine = _fine(mesh.kind)
+    own, fine = _rule(mesh), _fine(mesh.kind)
     X, w = places(mesh, fine), integration(mesh, rule=fine).w
     c = values(profile, X)
     coarse = values(profile, places(mesh, own)) * integration(mesh, rule=own).w
