@@ -8,7 +8,7 @@ and by how much its integral differs from that of a finer rule.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
@@ -77,6 +77,9 @@ class Part(Protocol):
     @property
     def number(self) -> int:
         """That of the material."""
+
+
+Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
 
 
 def at_points(own: Part) -> Case:
@@ -254,12 +257,12 @@ def _outside(profile: Profile, X: Floats) -> Any:
     return np.any(found, axis=0) if found else None
 
 
-def _each(case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[tuple[str, Profile, Spread]]:
+def _each(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, Spread]]:
     """Every constant that varies, of the body and of its parts, with the name of what it is of; found once a mesh."""
     key = spread_of, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
-        for own in parts:
+        for own in parts():
             for profile in profiles(own.case.material).values():
                 of = names[own.number]
                 found.append((of, profile, spread_of(own.case, own.mesh, profile)))
@@ -282,7 +285,7 @@ def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
     return found
 
 
-def facts(case: Case, mesh: Mesh, parts: Sequence[Part]) -> dict[str, Any]:
+def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
     """The `graded` of what a report says of a solution."""
     return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
 
@@ -297,7 +300,7 @@ def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnosti
         yield known
 
 
-def typical(case: Case, mesh: Mesh, parts: Sequence[Part]) -> tuple[Any, ...]:
+def typical(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
     """The materials of a case with the means over their cells for what varies, of Poisson's ratio the largest."""
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
     for of, profile, spread in _each(case, mesh, parts):
@@ -307,13 +310,13 @@ def typical(case: Case, mesh: Mesh, parts: Sequence[Part]) -> tuple[Any, ...]:
     return tuple(m if getattr(m, "uniform", True) else known for m, known in zip(found, case.typical, strict=True))
 
 
-def lost(case: Case, mesh: Mesh, parts: Sequence[Part]) -> float:
+def lost(case: Case, mesh: Mesh, parts: Parts) -> float:
     """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
     found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
     return found if found > LOST else 0.0
 
 
-def notes(declared: Declared, case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[Diagnostic]:
+def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[Diagnostic]:
     """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
     for of, profile, spread in _each(case, mesh, parts):
         if spread.outside > BEYOND:
