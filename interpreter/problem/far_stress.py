@@ -217,7 +217,7 @@ class Told:
         from softmark.solvers.stresses.measures import Tensors
         from softmark.solvers.stresses.sampled import SYMMETRIC
 
-        sigma, H = self.theory.stress_at(X), self.theory.gradient(X)
+        H, sigma = self.theory.fields(X)
         return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), True)
 
     def shared(self, X: Floats) -> int:
