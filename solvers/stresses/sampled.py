@@ -9,7 +9,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
-from softmark.solvers.materials.constraints import Constraint
+from softmark.solvers.materials.constraints import Mixed
 from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressures import pressures
@@ -99,27 +99,28 @@ class State:
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
         """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
-        split = mixed_for(self._made_of(rule), self.strain)
-        if split is None:
-            raise NoStress("its law has no part of the volume for a pressure to take")
-        F = _deformation(H)
-        p = self._pressed(rule) if self.way == "mixed" else self._dilated(split.constraint)
+        split, F = self._split(rule), _deformation(H)
+        p = self._pressed(rule) if self.way == "mixed" else self._dilated()
         P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
+
+    def _split(self, rule: Rule) -> Mixed:
+        """The law in two parts at the points of a rule. Raises NoStress."""
+        if (split := mixed_for(self._made_of(rule), self.strain)) is None:
+            raise NoStress("its law has no part of the volume for a pressure to take")
+        return split
 
     def _pressed(self, rule: Rule) -> Floats:
         if self.pressures is None:
             raise NoStress("the pressures that belong to its displacements are not known")
         return self.pressures @ pressures(self.mesh, rule).N.T
 
-    def _dilated(self, constraint: Constraint) -> Floats:
+    def _dilated(self) -> Floats:
         """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
-        parts, split = integration(self.mesh, rule=rule), mixed_for(self._made_of(rule), self.strain)
-        if split is None:
-            raise NoStress("its law has no part of the volume for a pressure to take")
+        parts, split = integration(self.mesh, rule=rule), self._split(rule)
         w = parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
-        g = constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
+        g = split.constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
 
