@@ -53,7 +53,12 @@ class State:
             return known
         from softmark.solvers.materials.varying import averaged
 
-        return averaged(known, integration(self.mesh, rule=rule).w)
+        return averaged(known, self._sizes(rule))
+
+    def _sizes(self, rule: Rule) -> Floats:
+        """The volumes of points (m, q), m^3; of a body of revolution in proportion to those of whole rings."""
+        parts = integration(self.mesh, rule=rule)
+        return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
@@ -118,8 +123,7 @@ class State:
     def _dilated(self) -> Floats:
         """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
-        parts, split = integration(self.mesh, rule=rule), self._split(rule)
-        w = parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
+        w, split = self._sizes(rule), self._split(rule)
         g = split.constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
