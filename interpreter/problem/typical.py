@@ -35,9 +35,7 @@ def typical(material: Any, shape: Any) -> Any:
             most = max(seen)  # above its range, which is said, it stands for a solid like others
             largest = max(-0.999, most if most <= 0.5 else ORDINARY)
             new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
-    if not new:
-        return material
-    return with_constants(material, new)
+    return with_constants(material, new) if new else material
 
 
 def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
