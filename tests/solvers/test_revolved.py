@@ -185,12 +185,12 @@ def test_selective_points_lie_on_rings_too() -> None:
 
 def test_stress_where_constants_vary_is_of_the_means_over_whole_rings() -> None:
     """Selectively integrated and blown up alike by e, stress is 2 mu e of the point and 3 lam e of the cell as solved."""
+    mesh, e = SECTION.mesh("hex8", 0.6), 1e-3
 
     def at_points(material: Any, mesh: Mesh, rule: Any) -> NeoHookean:
         r = mesh.points[mesh.cells, 0] @ mesh.element.shape(rule[0]).T
         return replace(GEL, young=1.0 + r**2)  # type: ignore[arg-type]
 
-    mesh, e = SECTION.mesh("hex8", 0.6), 1e-3
     parts, own = integration(mesh), at_points(None, mesh, mesh.element.quadrature())
     ring = Revolved.of(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, "small")), parts.N, mesh.points, DEPTH)
     volume: Any = elastic_parts(mesh, ring, own, "small", True)[1].law
