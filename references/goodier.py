@@ -32,10 +32,11 @@ class Goodier(Reference):
     body: Annotated[Any, "body", "the ball with its inclusion or its cavity"]
 
     about: ClassVar[About] = "sphere"
+    with_stress: ClassVar[bool] = True
     kind: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Goodier 1933, Trans. ASME 55, 39-44; Eshelby 1957, Proc. R. Soc. A 241, 376-396"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
-    def around(self, core: RoundCore) -> RoundCore:
+    def solve(self, core: RoundCore) -> RoundCore:
         """What it says: the closed form is that of the body itself."""
         return core

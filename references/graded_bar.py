@@ -146,6 +146,6 @@ class GradedBar(Reference):
         "of the displacement of the free end, m: what two quadratures of it differ by, and rounding"
     )
 
-    def stretched(self, bar: PulledBar) -> StretchedBar:
+    def solve(self, bar: PulledBar) -> StretchedBar:
         """What it says. Raises Refused."""
         return bar.stretched()

@@ -31,10 +31,11 @@ class Kirsch(Reference):
     body: Annotated[Any, "body", "the plate with its hole"]
 
     about: ClassVar[About] = "hole"
+    with_stress: ClassVar[bool] = True
     kind: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
-    def around(self, core: RoundCore) -> RoundCore:
+    def solve(self, core: RoundCore) -> RoundCore:
         """What it says: the closed form is that of the body itself."""
         return core

@@ -11,15 +11,16 @@ About = Literal["cantilever", "torsion", "bar", "tendons", "sphere", "hole"]
 class Reference:
     """A reference, and by what it is known.
 
-    `solved`: `solve(cantilever)` gives a CentreLine; about torsion, `twisted(cylinder)` what that does, about a bar
-    `stretched(bar)`; about tendons, `solve(rod)` a DrivenShape; about a sphere or a hole in a round body
-    `around(core)`. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints or a MeasuredCurve.
+    `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
+    PulledBar, a DrivenRod or a RoundCore what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints
+    or a MeasuredCurve.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"
     graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
+    with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[About] = "cantilever"  # what it is solved for
     kind: ClassVar[str]  # what it is, in a word or two

@@ -140,19 +140,23 @@ class RoundCore:
             found[some] = self.inner * self._moved(x, inside)
         return found
 
-    def gradient(self, X: Array) -> Array:
-        """du/dX at points X (n, 3): (n, 3, 3). At the border of the core that of the side with the larger stress."""
-        found = np.zeros((len(points_of(X)), 3, 3))
+    def fields(self, X: Array) -> tuple[Array, Array]:
+        """du/dX and stress, Pa, at points X (n, 3): each (n, 3, 3).
+
+        At the border of the core those of the side with the larger stress.
+        """
+        H, sigma = np.zeros((2, len(points_of(X)), 3, 3))
         for some, x, inside in self._sides(X):
-            found[some] = self._fields(x, inside)[0]
-        return found
+            H[some], sigma[some] = self._fields(x, inside)
+        return H, sigma
+
+    def gradient(self, X: Array) -> Array:
+        """The first of these."""
+        return self.fields(X)[0]
 
     def stress_at(self, X: Array) -> Array:
-        """At points X (n, 3): (n, 3, 3), Pa. At the border of the core that of the side with the larger one."""
-        found = np.zeros((len(points_of(X)), 3, 3))
-        for some, x, inside in self._sides(X):
-            found[some] = self._fields(x, inside)[1]
-        return found
+        """The second of these."""
+        return self.fields(X)[1]
 
     def on_border(self, X: Array) -> NDArray[np.bool_]:
         """Which of points X (n, 3) lie between two materials (n,)."""
@@ -175,7 +179,7 @@ class RoundCore:
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
         away, free, most = self._away, replace(self, outer=math.inf), 0.0
-        for inside in (False,) if self.core is None else (False, True):
+        for inside in self._beside:
             apart = self._fields(away, inside)[1] - free._fields(away, inside)[1]
             most = max(most, float(np.linalg.norm(apart, axis=(1, 2)).max()))
         return most / math.hypot(*self.stress)
@@ -183,10 +187,15 @@ class RoundCore:
     @cached_property
     def largest_gradient(self) -> float:
         """The largest norm of du/dX at the border of the core, on both sides, and at that of the body."""
-        ends = [self._fields(self._away, inside)[0] for inside in ((False,) if self.core is None else (False, True))]
+        ends = [self._fields(self._away, inside)[0] for inside in self._beside]
         if math.isfinite(self.outer):
             ends.append(self._fields(self.outer / self.inner * self._away, False)[0])
         return max(float(np.linalg.norm(H, axis=(1, 2)).max()) for H in ends)
+
+    @property
+    def _beside(self) -> tuple[bool, ...]:
+        """Whether a side of the border of the core is inside: of both, or of a hole the only one."""
+        return (False,) if self.core is None else (False, True)
 
     @property
     def _away(self) -> Array:

@@ -107,6 +107,6 @@ class Torsion(Reference):
     source: ClassVar[str] = "Rivlin 1949, Phil. Trans. R. Soc. A 242, 173-195"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
-    def twisted(self, cylinder: TwistedCylinder) -> TwistedCylinder:
+    def solve(self, cylinder: TwistedCylinder) -> TwistedCylinder:
         """What it says: the closed form is that of the cylinder itself."""
         return cylinder

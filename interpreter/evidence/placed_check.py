@@ -57,7 +57,7 @@ def _at_point(load: AtPoint, mesh: Moved) -> Floats:
 def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, of a force along a line, and how much of them, in N, is not sure."""
     begin, way = np.array(load.begin), np.array(load.end) - np.array(load.begin)
-    count, found, unsure = len(mesh.points), np.zeros(len(mesh.points)), 0.0
+    found, unsure = np.zeros(len(mesh.points)), 0.0
     ends = np.array([[0.0, 1.0]])
     for halved in range(HALVED + 1):
         coarse, fine = (_shares(mesh, begin, way, ends, rule) for rule in RULES)
@@ -70,7 +70,7 @@ def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
         if not len(ends):
             break
     q = load.length * np.array(load.force)
-    return found[:count, None] * q, unsure * float(np.linalg.norm(q))
+    return found[:, None] * q, unsure * float(np.linalg.norm(q))
 
 
 def _lobatto(points: int) -> tuple[Floats, Floats]:

@@ -27,7 +27,6 @@ from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
-from softmark.interpreter.problem.theories import WITH_STRESS
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
@@ -146,7 +145,7 @@ def _right(scene: Scene, metric: Declared) -> _Refusal | None:
     if (name := metric.thing.against) is None:
         return None
     if (right := scene.declared[name]).kind == "reference":
-        if right.thing.how == "solved" and right.thing.about in WITH_STRESS:
+        if right.thing.with_stress:
             return None
         return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` knows none",
                         "of no stress", "compare with a model, or with a theory that has it: `goodier(...)`, "

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerArea, PerMass
 from softmark.interpreter.vocabulary.supports import Holding
@@ -27,16 +28,8 @@ STATIONS = 33  # sections at which that is looked at
 REMEDY = "hold one end face and pull the other: `fixed(...)` and `traction(...)`, or gravity along the axis"
 
 
-def bar_of(reference: Declared, case: Case) -> PulledBar:
-    """The bar of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _bar(case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _bar(case: Case) -> PulledBar:
+def bar_of(case: Case) -> PulledBar:
+    """The bar of a case. Raises Refused where an assumption of the theory is broken."""
     shape = case.shape
     if not isinstance(shape, Prism):
         raise Refused(f"`{case.body.name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
@@ -46,9 +39,7 @@ def _bar(case: Case) -> PulledBar:
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the integral is one of rest")
     held = _held(case)
-    root, axis = shape.root, shape.axis
-    if held == 1:
-        root, axis = moved(root, (shape.length, axis)), moved((0.0, 0.0, 0.0), (-1.0, axis))
+    root, axis = seen_from(shape, held)
     material = case.material
     if isinstance(material.poisson, Profile):
         raise Refused("its Poisson's ratio varies", "the stress is uniaxial only with `poisson = 0`")
@@ -68,10 +59,9 @@ def _held(case: Case) -> int:
             raise Refused(f"the support `{support.name}` moves it", REMEDY)
         if all(free):
             continue  # without lateral contraction nothing moves across
-        ends = [coverage(thing.where, shape, s) for s in (0.0, shape.length)]
-        if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(thing.where, shape)} != {"none"}:
+        if (end := end_of(thing.where, shape)) is None:
             raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
-        found.add(ends.index("all"))
+        found.add(end)
     if len(found) != 1:
         raise Refused("no end is held along the axis" if not found else "both ends are held", REMEDY)
     return found.pop()
@@ -79,13 +69,11 @@ def _held(case: Case) -> int:
 
 def _pulls(case: Case, free: int, axis: Any) -> tuple[float, float]:
     """The traction on the free end, Pa, and the acceleration, m/s^2, both along the axis. Raises Refused."""
-    shape, force, pull = case.prism, 0.0, 0.0
+    force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:
             case PerArea(where=where, traction=traction):
-                ends = [coverage(where, shape, s) for s in (0.0, shape.length)]
-                between = {cover for _, cover in inside(where, shape)}
-                if ends[free] != "all" or ends[1 - free] != "none" or between != {"none"}:
+                if end_of(where, case.prism) != free:
                     raise Refused(f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY)
                 force += _component(load, traction, axis)
             case PerMass(acceleration=g):
@@ -105,26 +93,26 @@ def _component(load: Declared, vector: Any, axis: Any) -> float:
 def _along(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
     """A constant by the distance from the held end, m. Raises Refused where it varies across a section.
 
-    What is read from a file is looked at when the reference is solved.
+    What is read from a file is looked at when the reference is solved, once.
     """
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)
     if not constant.fields:
         for along, across in _sections(case.prism, root, axis):
-            own = constant.value(along)
-            _must_be_even(constant, own, [constant.value(place) for place in across])
+            _must_be_even(constant, constant.value(along), [constant.value(place) for place in across])
         return lambda s: constant.values(_on_axis(s, root, axis), None)
-    return lambda s: _read(case, constant, root, axis, s)
 
+    @cache
+    def read() -> Any:
+        """What reads its file. Raises Refused."""
+        from softmark.interpreter.problem.field_files import reading
 
-def _read(case: Case, constant: Profile, root: Any, axis: Any, s: Floats) -> Floats:
-    """The same of one that is read from a file. Raises Refused."""
-    from softmark.interpreter.problem.field_files import reading
+        for along, across in _sections(case.prism, root, axis):
+            own, *others = constant.values([along, *across], reading)
+            _must_be_even(constant, own, others)
+        return reading
 
-    for along, across in _sections(case.prism, root, axis):
-        own, *others = constant.values([along, *across], reading)
-        _must_be_even(constant, own, others)
-    return constant.values(_on_axis(s, root, axis), reading)
+    return lambda s: constant.values(_on_axis(s, root, axis), read())
 
 
 def _on_axis(s: Floats, root: Any, axis: Any) -> Any:

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
@@ -16,62 +16,44 @@ from softmark.solvers.mesh.tube import Tube
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:
-    """The beam that a reference is about. Raises Fault where an assumption of beam theory is broken."""
+    """The beam that a reference is about. Raises Refused where an assumption of beam theory is broken."""
     shape = case.shape
     if not isinstance(shape, Cylinder | Tube | Box):
-        raise _refused(reference, f"`{case.body.name}` is not a straight body with a constant section",
-                       "beam theory needs a cylinder, a tube or a box")  # fmt: skip
+        raise Refused(f"`{case.body.name}` is not a straight body with a constant section",
+                      "beam theory needs a cylinder, a tube or a box")  # fmt: skip
     for part in case.parts:
-        raise _refused(reference, f"the part `{part.name}` of `{case.body.name}` is of another material",
-                       "beam theory knows one material; compare with a model: `self_converged(...)`")  # fmt: skip
+        raise Refused(f"the part `{part.name}` of `{case.body.name}` is of another material",
+                      "beam theory knows one material; compare with a model: `self_converged(...)`")  # fmt: skip
     for load in case.loads:
         if not isinstance(load.thing.action, PerMass):
-            raise _refused(reference, f"the load `{load.name}` is not gravity",
-                           "this reference knows a beam under its own weight alone")  # fmt: skip
+            raise Refused(f"the load `{load.name}` is not gravity",
+                          "this reference knows a beam under its own weight alone")  # fmt: skip
     if not any(case.gravity):
-        raise _refused(reference, "there is no gravity, so nothing bends the beam",
-                       "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
-    root, axis = clamped_end(reference, case)
-    try:  # the section too may be refused
-        young = reference.thing.own_young or case.material.young
-        return Cantilever(shape.length, _section(case), young, case.material.poisson,
-                          case.material.density, root, axis, case.gravity)  # fmt: skip
-    except Refused as refused:
-        raise _refused(reference, refused.reason, refused.remedy) from refused
+        raise Refused("there is no gravity, so nothing bends the beam",
+                      "declare a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+    root, axis = clamped_end(case)
+    young = reference.thing.own_young or case.material.young
+    return Cantilever(shape.length, _section(case), young, case.material.poisson,
+                      case.material.density, root, axis, case.gravity)  # fmt: skip
 
 
-def _refused(reference: Declared, reason: str, remedy: str) -> Fault:
-    return fault("E503", reference.at(), f"`{reference.name}` does not hold for this scene: {reason}", help=remedy)
-
-
-def clamped_end(reference: Declared, case: Case) -> tuple[Any, Any]:
-    """Root and axis, away from the clamp; exactly one end must be clamped, and nothing else held."""
+def clamped_end(case: Case) -> tuple[Any, Any]:
+    """Root and axis, away from the clamp. Raises Refused unless one end is clamped, and nothing else held."""
     shape = case.prism
     clamped = []
     for support in case.supports:
         if not isinstance(support.thing, Holding) or support.thing.moves or len(support.thing.components) < 3:
-            raise _refused(
-                reference,
-                f"the support `{support.name}` is not a clamp",
-                "use `fixed(body, where = ...)` with all components",
-            )
-        ends = [coverage(support.thing.where, shape, s) for s in (0.0, shape.length)]
-        between = {cover for _, cover in inside(support.thing.where, shape)}
-        if sorted(ends) != ["all", "none"] or between != {"none"}:
-            raise _refused(reference, f"the support `{support.name}` is not the clamp of one end face",
-                           "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
-        clamped.append(ends.index("all"))
+            raise Refused(f"the support `{support.name}` is not a clamp",
+                          "use `fixed(body, where = ...)` with all components")  # fmt: skip
+        if (end := end_of(support.thing.where, shape)) is None:
+            raise Refused(f"the support `{support.name}` is not the clamp of one end face",
+                          "hold one end and nothing else, as in `where = x <= 0 mm`")  # fmt: skip
+        clamped.append(end)
     if len(set(clamped)) != 1:
         count = "no" if not clamped else "more than one"
-        raise _refused(
-            reference,
-            f"{count} end of `{case.body.name}` is clamped",
-            "clamp one end: `fixed(body, where = x <= 0 mm)`",
-        )
-    if clamped[0] == 0:
-        return shape.root, shape.axis
-    far = tuple(r + shape.length * a for r, a in zip(shape.root, shape.axis, strict=True))
-    return far, tuple(-a for a in shape.axis)
+        raise Refused(f"{count} end of `{case.body.name}` is clamped",
+                      "clamp one end: `fixed(body, where = x <= 0 mm)`")  # fmt: skip
+    return seen_from(shape, clamped[0])
 
 
 def _section(case: Case) -> Disc | Ring | Rectangle:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -97,7 +98,7 @@ class Case:
         """Whether the constants of each of its materials are the same everywhere."""
         return all(getattr(material, "uniform", True) for material in self.materials)
 
-    @property
+    @cached_property
     def typical(self) -> tuple[Any, ...]:
         """Its materials, with one number in place of each constant that varies in space: for orders of magnitude."""
         if self.uniform:

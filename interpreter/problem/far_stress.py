@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.conforming import cuts_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import Follower, Tensile
@@ -42,15 +42,8 @@ PULLS = "`tension(...)` and `pressure(...)` on all of the outer border, and noth
 
 
 def core_of(reference: Declared, case: Case) -> RoundCore:
-    """The round body of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _core(reference.thing.about, case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _core(about: str, case: Case) -> RoundCore:
+    """The round body of a case. Raises Refused where an assumption of the theory is broken."""
+    about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the closed form is one of rest")
     for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
@@ -224,7 +217,7 @@ class Told:
         from softmark.solvers.stresses.measures import Tensors
         from softmark.solvers.stresses.sampled import SYMMETRIC
 
-        sigma, H = self.theory.stress_at(X), self.theory.gradient(X)
+        H, sigma = self.theory.fields(X)
         return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), True)
 
     def shared(self, X: Floats) -> int:

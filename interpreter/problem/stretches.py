@@ -8,10 +8,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border, Condition, Point
-from softmark.solvers.mesh.shape import dot
+from softmark.solvers.mesh.shape import dot, moved
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Swept
+    from softmark.solvers.mesh.shape import Swept, Vector3
 
 END = 1e-6  # of the length: borders closer to an end face are that face
 SAME = 1e-8  # of the length: stations that are nearer are one
@@ -93,6 +93,21 @@ def inside(condition: Condition, shape: Swept) -> tuple[tuple[float, str], ...]:
     some = [a + (b - a) * t for a, b in pairwise(apart) for t in (0.02, 0.25, 0.5, 0.75, 0.98)]
     stations = sorted([*some, *apart[1:-1]])
     return tuple((s, coverage(condition, shape, s)) for s in stations)
+
+
+def end_of(condition: Condition, shape: Swept) -> int | None:
+    """The end face that a condition selects, 0 the root; None unless it is all of one and nothing else of the body."""
+    ends = [coverage(condition, shape, s) for s in (0.0, shape.length)]
+    if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(condition, shape)} != {"none"}:
+        return None
+    return ends.index("all")
+
+
+def seen_from(shape: Swept, end: int) -> tuple[Vector3, Vector3]:
+    """The centre of an end face of a straight body, 0 the root, m, and the unit vector from there along it."""
+    if end == 0:
+        return shape.root, shape.axis
+    return moved(shape.root, (shape.length, shape.axis)), moved((0.0, 0.0, 0.0), (-1.0, shape.axis))
 
 
 def _apart(marks: list[float], near: float) -> list[float]:

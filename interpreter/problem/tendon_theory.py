@@ -5,30 +5,21 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.beam_theory import clamped_end
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerMass, Routed
 from softmark.references.cantilever import Disc, Rectangle, Refused, Ring
 from softmark.references.driven_rod import DrivenRod, Route
+from softmark.solvers.mesh.shape import Vector3, cross, moved
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tube import Tube
 
-Vector = tuple[float, float, float]
 NEAR = 1e-9  # of the length: how far from the centre of the free end its force may act
 
 
-def driven_rod_of(reference: Declared, case: Case) -> DrivenRod:
-    """The rod of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _rod(reference, case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _rod(reference: Declared, case: Case) -> DrivenRod:
+def driven_rod_of(case: Case) -> DrivenRod:
+    """The rod of a case. Raises Refused where an assumption of the theory is broken."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder | Tube | Box):
         raise Refused(f"`{name}` is not a straight body with a constant section", "use a cylinder, a tube or a box")
@@ -36,9 +27,9 @@ def _rod(reference: Declared, case: Case) -> DrivenRod:
         raise Refused(f"the part `{case.parts[0].name}` is of another material", "the theory knows one material")
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the theory is solved for rest")
-    root, axis = clamped_end(reference, case)
+    root, axis = clamped_end(case)
     frame = _frame(axis)
-    tip = _moved(root, shape.length, axis)
+    tip = moved(root, (shape.length, axis))
     force, routes = [0.0, 0.0, 0.0], []
     for load in case.loads:
         match load.thing.action:
@@ -57,17 +48,12 @@ def _rod(reference: Declared, case: Case) -> DrivenRod:
     if not routes:
         raise Refused("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
     line = case.material.density * _first(shape, frame).area
-    weight = _moved((0.0, 0.0, 0.0), line, case.gravity)
+    weight = moved((0.0, 0.0, 0.0), (line, case.gravity))
     stiffness = _stiffness(case, frame)
     return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 
 
-def _moved(point: Vector, way: float, along: Vector) -> Vector:
-    x, y, z = (p + way * a for p, a in zip(point, along, strict=True))
-    return x, y, z
-
-
-def _frame(axis: Vector) -> tuple[Vector, Vector, Vector]:
+def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     """A right-handed frame along an axis; coordinate axes where it is one of them."""
     i = max(range(3), key=lambda k: abs(axis[k]))
     seed = [0.0, 0.0, 0.0]
@@ -76,11 +62,10 @@ def _frame(axis: Vector) -> tuple[Vector, Vector, Vector]:
     across = [s - along * a for s, a in zip(seed, axis, strict=True)]
     size = math.hypot(*across)
     x, y, z = (c / size for c in across)
-    third = (axis[1] * z - axis[2] * y, axis[2] * x - axis[0] * z, axis[0] * y - axis[1] * x)
-    return axis, (x, y, z), third
+    return axis, (x, y, z), cross(axis, (x, y, z))
 
 
-def _route(tendon: Routed, root: Vector, frame: tuple[Vector, Vector, Vector]) -> Route:
+def _route(tendon: Routed, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> Route:
     """A tendon in coordinates of the rod, from its end that is nearer to the clamp."""
     ends = []
     for point in (tendon.begin, tendon.end):
@@ -90,7 +75,7 @@ def _route(tendon: Routed, root: Vector, frame: tuple[Vector, Vector, Vector]) -
     return Route(max(begin, 0.0), end, (first[0], first[1]), (last[0], last[1]), tendon.winding, tendon.tension)
 
 
-def _first(shape: Any, frame: tuple[Vector, Vector, Vector]) -> Disc | Ring | Rectangle:
+def _first(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
     """The section as it was declared; of a box, its height lies along the third vector of the frame."""
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)

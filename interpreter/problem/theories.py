@@ -7,18 +7,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.beam_theory import cantilever_of
-from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.case import Case, fault
+from softmark.references.cantilever import Refused
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.reactions import AtRest
-
-
-# what solves a reference, by what it is about
-SOLVED = {"torsion": "twisted", "bar": "stretched", "sphere": "around", "hole": "around"}
-WITH_STRESS = ("sphere", "hole")  # about what references know stress, too
 
 
 class Theory(Protocol):
@@ -39,29 +35,38 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.graded import must_be_uniform
 
         must_be_uniform(reference, case)
-    if reference.thing.about == "torsion":
-        from softmark.interpreter.problem.torsion_theory import cylinder_of
+    try:
+        return _problem(reference, case)
+    except Refused as refused:
+        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
 
-        return cylinder_of(reference, case)
-    if reference.thing.about in ("sphere", "hole"):
-        from softmark.interpreter.problem.far_stress import core_of
 
-        return core_of(reference, case)
-    if reference.thing.about == "tendons":
-        from softmark.interpreter.problem.tendon_theory import driven_rod_of
+def _problem(reference: Declared, case: Case) -> Any:
+    """The same. Raises Refused."""
+    match reference.thing.about:
+        case "torsion":
+            from softmark.interpreter.problem.torsion_theory import cylinder_of
 
-        return driven_rod_of(reference, case)
-    if reference.thing.about == "bar":
-        from softmark.interpreter.problem.bar_theory import bar_of
+            return cylinder_of(case)
+        case "sphere" | "hole":
+            from softmark.interpreter.problem.far_stress import core_of
 
-        return bar_of(reference, case)
+            return core_of(reference, case)
+        case "tendons":
+            from softmark.interpreter.problem.tendon_theory import driven_rod_of
+
+            return driven_rod_of(case)
+        case "bar":
+            from softmark.interpreter.problem.bar_theory import bar_of
+
+            return bar_of(case)
     return cantilever_of(reference, case)
 
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
-    problem = problem_of(reference, case)
-    found: Theory = getattr(reference.thing, SOLVED.get(reference.thing.about, "solve"))(problem)
+    found: Theory = reference.thing.solve(problem_of(reference, case))
     return found
 
 
@@ -78,7 +83,7 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
 
 def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     """What it says of stress, as a model does; None of one that does not."""
-    if reference.thing.about not in WITH_STRESS:
+    if not reference.thing.with_stress:
         return None
     from softmark.interpreter.problem.far_stress import Told
 
@@ -88,7 +93,7 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     """What a report has of it beside its error."""
-    if reference.thing.about not in WITH_STRESS:
+    if not reference.thing.with_stress:
         return {}
     from softmark.interpreter.problem.far_stress import said
 

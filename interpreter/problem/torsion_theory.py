@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.stretches import coverage, inside
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Fixed, Turned
@@ -21,16 +20,8 @@ ALIGNED = 1e-9  # of a direction, and of the radius: how far the turn may lie be
 REMEDY = "hold one end by `fixed(...)`, turn the other by `turned(...)`, and nothing else"
 
 
-def cylinder_of(reference: Declared, case: Case) -> TwistedCylinder:
-    """The twisted cylinder of a case. Raises Fault where an assumption of the theory is broken."""
-    try:
-        return _cylinder(case)
-    except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
-
-
-def _cylinder(case: Case) -> TwistedCylinder:
+def cylinder_of(case: Case) -> TwistedCylinder:
+    """The twisted cylinder of a case. Raises Refused where an assumption of the theory is broken."""
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
         raise Refused(f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way")
@@ -41,9 +32,7 @@ def _cylinder(case: Case) -> TwistedCylinder:
     for load in case.loads:
         raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
     held, turned = _ends(case)
-    root, axis = shape.root, shape.axis
-    if held == 1:
-        root, axis = moved(root, (shape.length, axis)), moved((0.0, 0.0, 0.0), (-1.0, axis))
+    root, axis = seen_from(shape, held)
     away = moved(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
@@ -59,10 +48,9 @@ def _ends(case: Case) -> tuple[int, Turned]:
         thing = support.thing
         if not isinstance(thing, Fixed | Turned) or len(thing.components) < 3:
             raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
-        ends = [coverage(thing.where, case.prism, s) for s in (0.0, case.prism.length)]
-        if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(thing.where, case.prism)} != {"none"}:
+        if (end := end_of(thing.where, case.prism)) is None:
             raise Refused(f"the support `{support.name}` does not take one end face whole", REMEDY)
-        if (end := ends.index("all")) in found:
+        if end in found:
             raise Refused("two supports take one end", REMEDY)
         found[end] = thing
     for end, thing in found.items():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
 from typing import Any
 
 from softmark.interpreter.language.profiles import Profile
 from softmark.solvers.materials.isotropic import constants
+from softmark.solvers.materials.varying import with_constants
 
 ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
 ORDINARY = 0.3  # Poisson's ratio
@@ -35,10 +35,7 @@ def typical(material: Any, shape: Any) -> Any:
             most = max(seen)  # above its range, which is said, it stands for a solid like others
             largest = max(-0.999, most if most <= 0.5 else ORDINARY)
             new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
-    if not new:
-        return material
-    of = getattr(material, "of", None)
-    return replace(material, **new, **({} if of is None else {"of": replace(of, **new)}))
+    return with_constants(material, new) if new else material
 
 
 def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies import kernels
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic import Elastic, ElasticLaw, InvariantLaw, Together
 from softmark.solvers.energies.energy import Energy, Floats, Ints
@@ -93,7 +92,7 @@ class MixedPoints(Elastic):
         add_cross(H, f * more)
         A = np.empty((len(F), 3, 3, 3, 3), dtype=F.dtype)
         write_symmetric(H, A)
-        kernels.add_stiffness(A.reshape(*self.w.shape, 3, 3, 3, 3), self.dNdX, self.w, scale, slots, data)
+        self.add_moduli(A, slice(None), data, slots, scale)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
-from softmark.solvers.materials.constraints import Constraint
+from softmark.solvers.materials.constraints import Mixed
 from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressures import pressures
@@ -53,7 +53,12 @@ class State:
             return known
         from softmark.solvers.materials.varying import averaged
 
-        return averaged(known, integration(self.mesh, rule=rule).w)
+        return averaged(known, self._sizes(rule))
+
+    def _sizes(self, rule: Rule) -> Floats:
+        """The volumes of points (m, q), m^3; of a body of revolution in proportion to those of whole rings."""
+        parts = integration(self.mesh, rule=rule)
+        return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
         """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
@@ -99,27 +104,27 @@ class State:
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
         """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
-        split = mixed_for(self._made_of(rule), self.strain)
-        if split is None:
-            raise NoStress("its law has no part of the volume for a pressure to take")
-        F = _deformation(H)
-        p = self._pressed(rule) if self.way == "mixed" else self._dilated(split.constraint)
+        split, F = self._split(rule), _deformation(H)
+        p = self._pressed(rule) if self.way == "mixed" else self._dilated()
         P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
+
+    def _split(self, rule: Rule) -> Mixed:
+        """The law in two parts at the points of a rule. Raises NoStress."""
+        if (split := mixed_for(self._made_of(rule), self.strain)) is None:
+            raise NoStress("its law has no part of the volume for a pressure to take")
+        return split
 
     def _pressed(self, rule: Rule) -> Floats:
         if self.pressures is None:
             raise NoStress("the pressures that belong to its displacements are not known")
         return self.pressures @ pressures(self.mesh, rule).N.T
 
-    def _dilated(self, constraint: Constraint) -> Floats:
+    def _dilated(self) -> Floats:
         """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
-        parts, split = integration(self.mesh, rule=rule), mixed_for(self._made_of(rule), self.strain)
-        if split is None:
-            raise NoStress("its law has no part of the volume for a pressure to take")
-        w = parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
-        g = constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
+        w, split = self._sizes(rule), self._split(rule)
+        g = split.constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
 

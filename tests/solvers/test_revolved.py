@@ -20,6 +20,8 @@ from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.flat import Quadrilateral, Slice
 from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.stresses.sampled import State
 
 DEPTH = 0.1
 SECTION = Slice(Quadrilateral((0.2, 0.0, 0.0), (1.0, 0.1, 0.0), (1.2, 1.0, 0.0), (0.0, 0.9, 0.0)), DEPTH)
@@ -179,3 +181,20 @@ def test_selective_points_lie_on_rings_too() -> None:
     assert middle.F(x)[:, 2, 2] == pytest.approx(ring, rel=1e-13)
     assert middle.w.sum() == pytest.approx(energy.w.sum(), rel=0.1)  # of one point in each cell
     differentiated(middle, x, np.arange(len(x)) % 3 == 2)
+
+
+def test_stress_where_constants_vary_is_of_the_means_over_whole_rings() -> None:
+    """Selectively integrated and blown up alike by e, stress is 2 mu e of the point and 3 lam e of the cell as solved."""
+    mesh, e = SECTION.mesh("hex8", 0.6), 1e-3
+
+    def at_points(material: Any, mesh: Mesh, rule: Any) -> NeoHookean:
+        r = mesh.points[mesh.cells, 0] @ mesh.element.shape(rule[0]).T
+        return replace(GEL, young=1.0 + r**2)  # type: ignore[arg-type]
+
+    parts, own = integration(mesh), at_points(None, mesh, mesh.element.quadrature())
+    ring = Revolved.of(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, "small")), parts.N, mesh.points, DEPTH)
+    volume: Any = elastic_parts(mesh, ring, own, "small", True)[1].law
+    state = State(mesh, own, "small", e * mesh.points * [1.0, 1.0, 0.0], "selective", revolved=True, at=at_points)
+    _, sigma, _ = state.sampled(mesh.element.quadrature())
+    expected = 2.0 * e * np.asarray(own.shear_modulus) + 3.0 * e * volume.law.lam
+    assert sigma[..., :3] == pytest.approx(np.repeat(expected[..., None], 3, axis=2), rel=1e-12)

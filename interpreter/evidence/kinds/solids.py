@@ -42,7 +42,7 @@ class Solids(Sized):
         mesh = found.solution.mesh
         if mesh is None or found.case.largest_poisson < 0.5 or not found.case.uniform:
             return {}
-        each = [(own, which) for own, which in alone(found.case, mesh) if own.uniform and own.material.poisson >= 0.5]
+        each = [(own, which) for own, which in alone(found.case, mesh) if own.material.poisson >= 0.5]
         try:
             grown = [pressed(found.declared.thing, own, mesh, which).grown() for own, which in each]
         except Unchecked:  # the balance of forces says why

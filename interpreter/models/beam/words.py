@@ -11,7 +11,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.beam import curved, ribbon
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
-from softmark.interpreter.problem.stretches import borders, coverage, coverages, inside, whole
+from softmark.interpreter.problem.stretches import borders, coverages, end_of, inside, whole
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
@@ -270,10 +270,7 @@ def _unfit(load: Declared, case: Case) -> str:
             slack = 1e-6 * case.prism.length
             return "" if abs(first - last) > slack else "a tendon that does not run along the beam"
         case PerArea(where=where) | Turning(where=where):
-            length = case.prism.length
-            ends = [coverage(where, case.prism, s) for s in (0.0, length)]
-            between = {cover for _, cover in inside(where, case.prism)}
-            return "" if sorted(ends) == ["all", "none"] and between == {"none"} else "not on one whole end face"
+            return "" if end_of(where, case.prism) is not None else "not on one whole end face"
     return "not a load of beam theory"
 
 

@@ -8,7 +8,7 @@ and by how much its integral differs from that of a finer rule.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
@@ -79,15 +79,21 @@ class Part(Protocol):
         """That of the material."""
 
 
+Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
+
+
 def at_points(own: Part) -> Case:
     """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
-    mesh = own.mesh
-    constant = mesh.element.constant
-    rule = CELLS[mesh.element.finer].quadrature() if constant else mesh.element.quadrature()
+    mesh, rule = own.mesh, _rule(own.mesh)
     sampled = _sampled(own.case, mesh, rule)
-    if constant and sampled.sampled:
+    if mesh.element.constant and sampled.sampled:
         sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
     return replace(own.case, other_material=sampled)
+
+
+def _rule(mesh: Mesh) -> Rule:
+    """By which constants are integrated over cells: theirs, or where one point does for the law, one that is finer."""
+    return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
 def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
@@ -108,7 +114,7 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
 
     For what is told of a solution: its constants are in their range at the points that it was solved with.
     """
-    own = CELLS[mesh.element.finer].quadrature() if mesh.element.constant else rule
+    own = _rule(mesh) if mesh.element.constant else rule
     X = places(mesh, own)
     found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
     if not (mesh.element.constant and found.sampled):
@@ -125,12 +131,11 @@ def places(mesh: Mesh, rule: Rule) -> Floats:
 
 def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
     """Raises Fault where a constant is out of its range: at the place where it is farthest out."""
-    low, high = np.nanmin(found, initial=np.inf), np.nanmax(found, initial=-np.inf)
     odd = np.flatnonzero(~np.isfinite(found))
-    worst = odd[:1] if len(odd) else np.array([found.argmin(), found.argmax()])
-    for i, value in zip(worst, (np.nan,) if len(odd) else (low, high), strict=True):
-        if not allowed(profile, float(value)):
-            raise out_of_range(case, profile, float(value), X.reshape(-1, 3)[i])
+    for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
+        value = float(found.flat[i])
+        if not allowed(profile, value):
+            raise out_of_range(case, profile, value, X.reshape(-1, 3)[i])
 
 
 def must_be_compressible(declared: Declared, own: Part) -> None:
@@ -213,8 +218,7 @@ def _fine(kind: str) -> Rule:
 
 def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     """What a mesh makes of a constant of the material of a case."""
-    own = CELLS[mesh.element.finer].quadrature() if mesh.element.constant else mesh.element.quadrature()
-    fine = _fine(mesh.kind)
+    own, fine = _rule(mesh), _fine(mesh.kind)
     X, w = places(mesh, fine), integration(mesh, rule=fine).w
     c = values(profile, X)
     coarse = values(profile, places(mesh, own)) * integration(mesh, rule=own).w
@@ -253,12 +257,12 @@ def _outside(profile: Profile, X: Floats) -> Any:
     return np.any(found, axis=0) if found else None
 
 
-def _each(case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[tuple[str, Profile, Spread]]:
+def _each(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, Spread]]:
     """Every constant that varies, of the body and of its parts, with the name of what it is of; found once a mesh."""
     key = spread_of, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
-        for own in parts:
+        for own in parts():
             for profile in profiles(own.case.material).values():
                 of = names[own.number]
                 found.append((of, profile, spread_of(own.case, own.mesh, profile)))
@@ -281,7 +285,7 @@ def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
     return found
 
 
-def facts(case: Case, mesh: Mesh, parts: Sequence[Part]) -> dict[str, Any]:
+def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
     """The `graded` of what a report says of a solution."""
     return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
 
@@ -296,7 +300,7 @@ def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnosti
         yield known
 
 
-def typical(case: Case, mesh: Mesh, parts: Sequence[Part]) -> tuple[Any, ...]:
+def typical(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
     """The materials of a case with the means over their cells for what varies, of Poisson's ratio the largest."""
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
     for of, profile, spread in _each(case, mesh, parts):
@@ -306,13 +310,13 @@ def typical(case: Case, mesh: Mesh, parts: Sequence[Part]) -> tuple[Any, ...]:
     return tuple(m if getattr(m, "uniform", True) else known for m, known in zip(found, case.typical, strict=True))
 
 
-def lost(case: Case, mesh: Mesh, parts: Sequence[Part]) -> float:
+def lost(case: Case, mesh: Mesh, parts: Parts) -> float:
     """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
     found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
     return found if found > LOST else 0.0
 
 
-def notes(declared: Declared, case: Case, mesh: Mesh, parts: Sequence[Part]) -> Iterator[Diagnostic]:
+def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[Diagnostic]:
     """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
     for of, profile, spread in _each(case, mesh, parts):
         if spread.outside > BEYOND:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -70,7 +71,7 @@ def lost(case: Case, mesh: Mesh) -> float:
     """The largest share of an integral of a constant that varies, which the quadrature of cells misses."""
     from softmark.interpreter.models.shared import graded
 
-    return graded.lost(case, mesh, _whole(case, mesh))
+    return graded.lost(case, mesh, partial(_whole, case, mesh))
 
 
 def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
@@ -79,7 +80,7 @@ def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
         return case.typical
     from softmark.interpreter.models.shared import graded
 
-    return graded.typical(case, mesh, _whole(case, mesh))
+    return graded.typical(case, mesh, partial(_whole, case, mesh))
 
 
 def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
@@ -92,7 +93,7 @@ def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
     if not case.uniform and mesh is not None:
         from softmark.interpreter.models.shared import graded
 
-        found |= graded.facts(case, mesh, _whole(case, mesh))
+        found |= graded.facts(case, mesh, partial(_whole, case, mesh))
     return found
 
 
@@ -106,7 +107,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     if not case.uniform:
         from softmark.interpreter.models.shared import graded
 
-        found = (*found, *graded.notes(declared, case, mesh, _whole(case, mesh)))
+        found = (*found, *graded.notes(declared, case, mesh, partial(_whole, case, mesh)))
     return found
 
 

@@ -14,8 +14,8 @@ from dataclasses import field
 from typing import ClassVar
 
 from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Fault, case_for
+from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.results.plain import Plain, by_name
 from softmark.interpreter.study.expansion.outcome import Attempt, PointOutcome, PointSummary, ProbeTrace, Truth
 from softmark.records import dataclass
@@ -99,7 +99,7 @@ def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
     if reference.kind != "reference" or reference.constructor.name not in LINES:
         return 0.0, None
     try:
-        beam = cantilever_of(reference, case_for(scene, reference))
+        beam = problem_of(reference, case_for(scene, reference))
     except Fault as refused:
         return 0.0, refused.diagnostic.message
     height, width = beam.section.extents
