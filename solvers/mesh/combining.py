@@ -10,6 +10,7 @@ import numpy as np
 
 from softmark.solvers.mesh.files.closed import Closed, closed, signed
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
+from softmark.solvers.mesh.files.near import ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 if TYPE_CHECKING:
@@ -51,8 +52,7 @@ def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints
 
 def halves(points: Floats, triangles: Ints, sides: Sequence[Side]) -> tuple[Floats, Ints]:
     """Each triangle (t, 3) in four, new points on curved sides where both ends of an edge are of a triangle there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    edges, number = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    edges, number = np.unique(np.sort(ends_of(triangles), axis=1), axis=0, return_inverse=True)
     number = number.reshape(-1, 3)
     middles = points[edges].mean(axis=1)
     for side in sides:
