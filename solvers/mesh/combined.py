@@ -25,16 +25,19 @@ AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 INSIDE = 1e-6  # of the extent: what is within by less is on the border
 
 
+@dataclass(frozen=True)
 class Combined(Enclosed):
     """Two bodies `one` and `other`, and what is done with them."""
 
     operation: ClassVar[Operation]
     gap = "no convex body"
 
-    if TYPE_CHECKING:
-        one: Any
-        other: Any
-        facets: float | None
+    one: Annotated[Any, "shape", "a body"]
+    other: Annotated[Any, "shape", "another that meets it"]
+    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
+    tolerance: Annotated[
+        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
+    ] = None
 
     @property
     def fault(self) -> str:
@@ -131,13 +134,6 @@ class Union(Combined):
 
     operation = "union"
 
-    one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another that meets it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
-    tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
-    ] = None
-
 
 @dataclass(frozen=True)
 class Difference(Combined):
@@ -150,10 +146,6 @@ class Difference(Combined):
 
     one: Annotated[Any, "shape", "the body"]
     other: Annotated[Any, "shape", "what is taken away from it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
-    tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
-    ] = None
 
 
 @dataclass(frozen=True)
@@ -164,13 +156,6 @@ class Intersection(Combined):
     """
 
     operation = "intersection"
-
-    one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another that meets it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
-    tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
-    ] = None
 
 
 def _beside(one: Bounds | None, other: Bounds | None) -> bool:
