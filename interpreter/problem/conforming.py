@@ -97,24 +97,24 @@ class _Asking:
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
         """The coordinates that end on a border, and their values there (m)."""
         slack, spans = SAME * self.extent**border.power, self.shape.spans
+        rays = [self._ray(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
             for t in spans[axis]:
-                rays = [
-                    {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(spans.items())}
-                    for share in RAYS
-                ]
                 if all(abs(border.at(*self.shape.place(**{**ray, axis: t}))) <= slack for ray in rays):
                     yield axis, t
 
+    def _ray(self, share: float) -> Place:
+        """Values of all coordinates, of which a ray along one of them keeps the others."""
+        return {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())}
+
     def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
         """Values of a coordinate (m) at which a ray along it crosses a border, as far as these are points."""
-        spans = self.shape.spans
-        others = {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(spans.items())}
+        others = self._ray(share)
 
         def at(t: float) -> tuple[float, float, float]:
             return self.shape.place(**{**others, axis: t})
 
-        low, high = spans[axis]
+        low, high = self.shape.spans[axis]
         slack = SAME * (high - low)
         if border.plane is not None:
             a, b = border.at(*at(low)), border.at(*at(high))

@@ -26,8 +26,12 @@ def mirrored(corners: tuple[int, ...], between: Rows) -> tuple[int, ...]:
 
 
 def joined(sides: Rows, corners: int, between: Rows, facet: type[Facet]) -> Rows:
-    """Nodes of each facet: its corners as `sides` has them, then what lies between these, in the facet's order."""
-    number = {frozenset(ends): corners + k for k, ends in enumerate(between)}
+    """Nodes of each facet: its corners as `sides` has them, then what lies between these, in the facet's order.
+
+    Between a corner and itself lies the corner.
+    """
+    number = {frozenset((k,)): k for k in range(corners)}
+    number |= {frozenset(ends): corners + k for k, ends in enumerate(between)}
     return tuple((*side, *(number[frozenset(side[c] for c in ends)] for ends in facet.between)) for side in sides)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements.cells import mirrored
+from softmark.solvers.elements.cells import joined, mirrored
 from softmark.solvers.elements.facets import Quad8, Tri3, Tri6
 from softmark.solvers.elements.wedge import Wedge, through
 
@@ -17,13 +17,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 else:
     from softmark.solvers.base.deferred import np
-
-
-def _facets() -> Rows:
-    """Corners of each, then the middles of their sides; a side without a length is a corner."""
-    number = {frozenset(ends): 6 + k for k, ends in enumerate(Wedge.edges)}
-    middle = [[number.get(frozenset((side[a], side[b])), side[a]) for a, b in Quad8.between] for side in Wedge.sides]
-    return tuple((*side, *own) for side, own in zip(Wedge.sides, middle, strict=True))
 
 
 class Wedge15(Wedge):
@@ -50,7 +43,7 @@ class Wedge15(Wedge):
     springs: ClassVar[bool] = False
     between: ClassVar[Rows] = Wedge.edges
     turned: ClassVar[tuple[int, ...]] = mirrored(Wedge.mirror, Wedge.edges)
-    facets: ClassVar[Rows] = _facets()
+    facets: ClassVar[Rows] = joined(Wedge.sides, 6, Wedge.edges, Quad8)
     facet: ClassVar[type[Facet]] = Quad8
     monomials: ClassVar[Rows] = (
         *((p, q, r) for p, q in Tri6.monomials for r in (0, 1)),

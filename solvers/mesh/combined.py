@@ -25,16 +25,19 @@ AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 INSIDE = 1e-6  # of the extent: what is within by less is on the border
 
 
+@dataclass(frozen=True)
 class Combined(Enclosed):
     """Two bodies `one` and `other`, and what is done with them."""
 
     operation: ClassVar[Operation]
     gap = "no convex body"
 
-    if TYPE_CHECKING:
-        one: Any
-        other: Any
-        facets: float | None
+    one: Annotated[Any, "shape", "a body"]
+    other: Annotated[Any, "shape", "another that meets it"]
+    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
+    tolerance: Annotated[
+        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
+    ] = None
 
     @property
     def fault(self) -> str:
@@ -49,11 +52,8 @@ class Combined(Enclosed):
     @property
     def apart(self) -> str:
         """That the bounds of both have nothing in common, where that leaves no body, or two."""
-        if self.one.bounds is None or self.other.bounds is None:
-            return ""
-        (low, high), (left, right) = self.one.bounds, self.other.bounds
-        meet = all(a < d and c < b for a, b, c, d in zip(low, high, left, right, strict=True))
-        return "" if meet else _APART[self.operation]
+        one, other = (shape.bounds for shape in self.pair)
+        return _APART[self.operation] if _beside(one, other) else ""
 
     @property
     def pair(self) -> tuple[Shape, Shape]:
@@ -69,12 +69,11 @@ class Combined(Enclosed):
     @property
     def bounds(self) -> Bounds | None:
         """Coordinates that it does not go beyond, m."""
-        one, other = self.one.bounds, self.other.bounds
+        one, other = (shape.bounds for shape in self.pair)
         if one is None or other is None:
             return one if self.operation == "difference" else None
-        if self.operation == "difference" or self.apart:
-            kept: Bounds = one
-            return kept
+        if self.operation == "difference" or _beside(one, other):
+            return one
         low, high = (min, max) if self.operation == "union" else (max, min)
         ends = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
         return ends[0], ends[1]
@@ -135,13 +134,6 @@ class Union(Combined):
 
     operation = "union"
 
-    one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another that meets it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
-    tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
-    ] = None
-
 
 @dataclass(frozen=True)
 class Difference(Combined):
@@ -154,10 +146,6 @@ class Difference(Combined):
 
     one: Annotated[Any, "shape", "the body"]
     other: Annotated[Any, "shape", "what is taken away from it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
-    tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
-    ] = None
 
 
 @dataclass(frozen=True)
@@ -169,12 +157,12 @@ class Intersection(Combined):
 
     operation = "intersection"
 
-    one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another that meets it"]
-    facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
-    tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
-    ] = None
+
+def _beside(one: Bounds | None, other: Bounds | None) -> bool:
+    """Whether two bounds are known to have nothing in common."""
+    if one is None or other is None:
+        return False
+    return not all(a < d and c < b for a, b, c, d in zip(*one, *other, strict=True))
 
 
 def _stamp(shape: Shape) -> Any:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.solvers.mesh.files.closed import Closed, closed
+from softmark.solvers.mesh.files.closed import Closed, closed, signed
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
+from softmark.solvers.mesh.files.near import ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 if TYPE_CHECKING:
@@ -43,8 +44,7 @@ def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints
     mesh = found.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64) * extent + middle
     surface = closed(points, np.array(mesh.tri_verts, dtype=np.int64))
-    untouched = _volume(one if operation == "difference" else None)
-    if untouched is not None and surface.volume >= untouched * (1.0 - NOTHING):
+    if operation == "difference" and surface.volume >= signed(*one) * (1.0 - NOTHING):
         raise UnreadableMesh("what is taken away does not meet the rest: nothing is taken", EMPTY,
                              "look at its place and size: `origin`, `axis`, units")  # fmt: skip
     return surface
@@ -52,8 +52,7 @@ def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints
 
 def halves(points: Floats, triangles: Ints, sides: Sequence[Side]) -> tuple[Floats, Ints]:
     """Each triangle (t, 3) in four, new points on curved sides where both ends of an edge are of a triangle there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    edges, number = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    edges, number = np.unique(np.sort(ends_of(triangles), axis=1), axis=0, return_inverse=True)
     number = number.reshape(-1, 3)
     middles = points[edges].mean(axis=1)
     for side in sides:
@@ -71,12 +70,6 @@ def _emptied(operation: str) -> str:
         "difference": "nothing is left of it: what is taken away holds all of it",
         "intersection": "nothing is left of it: its parts do not meet",
     }.get(operation, "it encloses nothing")
-
-
-def _volume(surface: tuple[Floats, Ints] | None) -> float | None:
-    from softmark.solvers.mesh.files.closed import signed
-
-    return None if surface is None else signed(*surface)
 
 
 def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:

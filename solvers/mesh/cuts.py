@@ -41,6 +41,11 @@ class Cut:
         """Whether cells are finer there; nodes need not be."""
         return self.finer > 1.0
 
+    def share(self, away: Any, reach: float) -> Any:
+        """Of the usual size so far `away` (m): growing evenly, to one at `reach` (m). Numbers or arrays."""
+        least = 1.0 / self.finer
+        return least + (1.0 - least) * away / reach
+
 
 def along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
     """The cuts of one coordinate."""
@@ -91,7 +96,8 @@ def _graded(low: float, high: float, each: float, graded: Sequence[Cut], cuts: S
 
 def _share(at: float, graded: Sequence[Cut]) -> float:
     """Of the usual size at a place: least at a graded cut, growing evenly away from it."""
-    return min(1.0, *(1.0 / c.finer + (1.0 - 1.0 / c.finer) * abs(at - c.at) / c.reach for c in graded))
+    found: float = min(1.0, *(c.share(abs(at - c.at), c.reach) for c in graded))
+    return found
 
 
 def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:

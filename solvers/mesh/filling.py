@@ -85,8 +85,8 @@ def filled(surface: Closed, size: float, tolerance: float, graded: tuple[Cut, ..
     key.update(surface.points.tobytes())
     key.update(surface.triangles.tobytes())
     field = sizes(surface, size, graded) if graded else {}
-    for name in sorted(field):
-        key.update(field[name].tobytes())
+    for array in sorted(field):
+        key.update(field[array].tobytes())
     points, cells, seconds = _kept(key.hexdigest()) or _made(key.hexdigest(), surface, size, tolerance, field)
     points, cells, repairs = _whole(points, _upright(points, cells))
     points, beside = _onto(surface, Mesh(points, cells), REACH * tolerance)

@@ -80,12 +80,6 @@ class Member(Prism):
         a, b, c = (self.section_at(t * self.length).area for t in (0.0, 0.5, 1.0))
         return self.length * (a + 4.0 * b + c) / 6.0
 
-    def contains(self, point: Vector3) -> bool:
-        """Whether it holds a point, give or take 1e-9 of its length."""
-        slack = 1e-9 * self.length
-        s, u, v = self.own(point)
-        return -slack <= s <= self.length + slack and self.section_at(s).contains(u, v, slack)
-
     @cached_property
     def _frame(self) -> tuple[Vector3, Vector3, Vector3]:
         axis, up = self.axis, self.up

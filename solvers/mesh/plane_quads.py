@@ -12,6 +12,7 @@ import numpy as np
 
 from softmark.solvers.mesh.cuts import Cut, along
 from softmark.solvers.mesh.divisions import divisions
+from softmark.solvers.mesh.files.near import ends_of
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.polygons import Corners, edges, ends, square, turns
 from softmark.solvers.mesh.structured import PlaneMesh, grid, grid_of, line_of
@@ -64,7 +65,7 @@ def _bilinear(corners: Corners, size: float) -> PlaneMesh:
 def _in_three(points: Floats, cells: Ints) -> PlaneMesh:
     """Each triangle cut from its middle to those of its sides: corners and middles have one colour, sides the other."""
     n = len(points)
-    sides = np.sort(cells[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    sides = np.sort(ends_of(cells), axis=1)
     pairs, number = np.unique(sides, axis=0, return_inverse=True)
     at = n + number.reshape(-1, 3)
     centre = n + len(pairs) + np.arange(len(cells))
@@ -159,7 +160,7 @@ def _areas(points: Floats, cells: Ints) -> Floats:
 def _near(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
     """Which sides are no edge of a triangle, or have a point in their circle that a triangle joins to them (s,)."""
     n = len(points)
-    own = np.sort(cells[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [n, 1]
+    own = np.sort(ends_of(cells), axis=1) @ [n, 1]
     opposite = cells[:, [2, 0, 1]].ravel()
     order = np.argsort(own)
     keys = np.sort(sides, axis=1) @ [n, 1]
@@ -221,7 +222,7 @@ def _smoothed(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, In
     free = np.ones(len(points), dtype=np.bool_)
     free[sides] = False
     for _ in range(SMOOTHED):
-        pairs = np.unique(np.sort(cells[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+        pairs = np.unique(np.sort(ends_of(cells), axis=1), axis=0)
         total, count = np.zeros_like(points), np.zeros(len(points))
         for i, j in (pairs.T, pairs.T[::-1]):
             np.add.at(total, i, points[j])

@@ -55,11 +55,6 @@ class Revolution(Shape):
         return max(r for r, _ in self.outline)
 
     @property
-    def ends(self) -> Span:
-        """The lowest and the highest place along the axis, m."""
-        return min(z for _, z in self.outline), max(z for _, z in self.outline)
-
-    @property
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m: of the circles of its corners."""
         low, high = [math.inf] * 3, [-math.inf] * 3
@@ -80,18 +75,12 @@ class Revolution(Shape):
         z, *across = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         return polygons.within(self.outline, math.hypot(*across), z, polygons.SAME * self.diagonal)
 
-    def section(self, point: Vector3) -> tuple[float, float]:
-        """The distance of a point from the axis, and its place along it, m."""
-        off = [p - o for p, o in zip(point, self.origin, strict=True)]
-        z, *across = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
-        return math.hypot(*across), z
-
     @property
     def slanted(self) -> tuple[tuple[Conical, bool], ...]:
         """Its curved sides, and whether each looks away from the axis."""
         found, least = [], ON_AXIS * self.widest
         for (a, b), (c, d) in polygons.edges(self.outline):
-            if abs(d - b) <= ON_AXIS * self.widest or max(a, c) <= least:
+            if abs(d - b) <= least or max(a, c) <= least:
                 continue
             (r, z), (q, w) = ((a, b), (c, d)) if d > b else ((c, d), (a, b))
             found.append((Conical(self.axis, moved(self.origin, (z, self.axis)), w - z, r, q), d > b))
@@ -105,9 +94,8 @@ class Revolution(Shape):
     @property
     def rings(self) -> tuple[Ring, ...]:
         """The flat parts of its surface."""
-        flat = [((a, b), (c, d)) for (a, b), (c, d) in polygons.edges(self.outline)
-                if abs(d - b) <= ON_AXIS * self.widest]  # fmt: skip
-        return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, _) in flat)
+        sides, least = polygons.edges(self.outline), ON_AXIS * self.widest
+        return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, d) in sides if abs(d - b) <= least)
 
     @property
     def skin(self) -> float:

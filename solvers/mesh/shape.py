@@ -346,7 +346,7 @@ class Swept(Shape):
         """Whether it holds a point, give or take 1e-9 of its length."""
         slack = 1e-9 * self.length
         s, u, v = self.own(point)
-        return -slack <= s <= self.length + slack and self.section.contains(u, v, slack)
+        return -slack <= s <= self.length + slack and self.section_at(s).contains(u, v, slack)
 
 
 class Prism(Swept):

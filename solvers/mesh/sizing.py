@@ -10,7 +10,7 @@ import numpy as np
 from softmark.solvers.mesh.cuts import Cut
 from softmark.solvers.mesh.files.closed import Closed
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
-from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.splits import kuhn
 from softmark.solvers.mesh.structured import extruded_to, grid_of
 
@@ -22,13 +22,10 @@ REACH = 0.5  # of the extent: how far from where cells are finer they have their
 
 def sizes(surface: Closed, size: float, graded: Sequence[Cut]) -> dict[str, Any]:
     """Points (n, 3), m, and tetrahedra of a grid, and the size at each point (n,), m. Raises UnreadableMesh."""
-    from softmark.solvers.mesh.mesh import Mesh
-
     X, cells = _grid(surface)
     share = np.ones(len(X))
     for cut in graded:
-        least = 1.0 / cut.finer
-        share = np.minimum(share, least + (1.0 - least) * _away(cut, surface, X) / (REACH * surface.extent))
+        share = np.minimum(share, cut.share(_away(cut, surface, X), REACH * surface.extent))
     tets = kuhn(Mesh(X, cells, "hex8")).cells
     return {"bg_vertices": X, "bg_tets": tets.astype(np.int32), "bg_values": size * share}
 

@@ -13,6 +13,7 @@ from softmark.interpreter.problem.conforming import graded
 from softmark.solvers.mesh.combined import Combined, Difference, Intersection, Union
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
 from softmark.solvers.mesh.flat import QuarterRing
+from softmark.solvers.mesh.shape import Bounds
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, Sphere, Tube
 
 needs_library = pytest.mark.skipif(find_spec("manifold3d") is None, reason="needs the extra `solids`")
@@ -75,6 +76,23 @@ def test_what_cannot_be_combined_is_said_without_the_library() -> None:
     assert "inner" in Union(BALL, Tube(R, R, 2 * R)).fault
     assert "plane region" in Union(BALL, QuarterRing(R, 2 * R)).fault
     assert Difference(BALL, MeshFile("none.msh", 1.0)).bounds == BALL.bounds
+
+
+def test_bounds_ask_each_part_once() -> None:
+    """However deep it is within others: a union of a union of ten balls in a row asks ten times, not 3^9 times."""
+    asked: list[Sphere] = []
+
+    class Ball(Sphere):
+        @property
+        def bounds(self) -> Bounds:
+            asked.append(self)
+            return super().bounds
+
+    row: Ball | Union = Ball(R)
+    for i in range(1, 10):
+        row = Union(row, Ball(R, (i * R, 0.0, 0.0)))
+    assert np.array(row.bounds) == pytest.approx(np.array([(-R, -R, -R), (10 * R, R, R)]))
+    assert len(asked) == 10
 
 
 @needs_library

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from softmark.interpreter.language.conditions import Condition, Term
 from softmark.interpreter.models.shared.filled import facts
 from softmark.references.surfaces import SearchedSurface
 from softmark.solvers.mesh import filling
+from softmark.solvers.mesh.cuts import Cut
 from softmark.solvers.mesh.distort import qualities
 from softmark.solvers.mesh.files.closed import Closed, closed, signed
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
@@ -235,6 +237,27 @@ def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pyt
     filling.filled(closed(*cube), 0.005, 1e-4)
     assert made == [0.005, 0.004, 0.005]
     assert not list(kept.glob(".part*"))
+
+
+def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And not one of the arrays that it is given then."""
+    monkeypatch.setattr(filling, "MESHER", "numpy")
+    given: list[set[str]] = []
+
+    def mesher(surface: Closed, size: float, tolerance: float, **field: Any) -> Any:
+        given.append(set(field))
+        box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
+        return box.points, box.cells, 1.0
+
+    monkeypatch.setattr(filling, "_filled", mesher)
+    cube = Box((0.01, 0.01, 0.01))
+    low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
+    finer = Cut("", 0.0, finer=4.0, where=low)
+    even, graded = (filling.filled(closed(*cube.surface(0.005)), 0.005, 1e-4, cuts) for cuts in ((), (finer,)))
+    assert given == [set(), {"bg_vertices", "bg_tets", "bg_values"}]
+    assert even.filling is not None
+    assert graded.filling is not None
+    assert graded.filling.mesher == even.filling.mesher == filling.mesher()
 
 
 def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,8 +3,7 @@
 A body of plane strain or plane stress is a slice whose points stay in their planes. Displacements that are the same
 through its thickness then fulfil the equations of its hexahedra, and these are the equations of the quadrilateral: the
 answers are the same to rounding, as the tests hold against a program of plane elements. To add one: a class on the
-hexahedron that it is a slice of, and a line in
-PLANE.
+hexahedron that it is a slice of, and a line in PLANE.
 """
 
 from __future__ import annotations
