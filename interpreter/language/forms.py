@@ -51,8 +51,7 @@ def points(binder: Binder, field: Field, node: tree.Expression, place: Place) ->
 def _point(
     binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Place
 ) -> tuple[float, float]:
-    if isinstance(item, tree.Vector) and item.unit is None:
-        item = replace(item, unit=unit)
+    item = _in_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
         raise binder.wrong(field, item, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(item)
