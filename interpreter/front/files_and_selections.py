@@ -10,12 +10,10 @@ from pathlib import Path
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.problem.case import Case, Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
 from softmark.references.curve import CurveFromFile
-from softmark.solvers.elements import ELEMENTS, element_of
-from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import MeshFile
@@ -44,23 +42,16 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             yield from (d for d in found if d not in said)
             said.update(found)
         if own is None and not shape.fault and shape.lacks:
-            yield from _unmeshed(model, case, shape)
+            from softmark.interpreter.front.tetrahedra import unmeshed
+
+            if (refusal := unmeshed(model, case, shape)) is not None:
+                yield refusal
         path = shape.file if shape.prebuilt else ""
         doubt = _doubt(path) if path and not path.startswith("data:") else None
         if doubt is not None and at not in said:
             said.add(at)
             problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
             yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
-
-
-def _unmeshed(model: Declared, case: Case, shape: Shape) -> Iterator[Diagnostic]:
-    """Hexahedra of a shape that has no such mesh."""
-    kind = model.thing.mesh_key()[0]
-    if kind not in ELEMENTS or element_of(kind).family == Tetrahedron.family:
-        return
-    fit = [f"`{name}`" for name, element in ELEMENTS.items() if element.family == Tetrahedron.family]
-    problem = f"`{model.name}` asks for {kind}, and `{case.body.name}` has no mesh of hexahedra: {shape.lacks}"
-    yield diagnostic("E335", model.at(), problem, "tetrahedra only", f"take {' or '.join(fit)}, or another shape")
 
 
 def _doubt(path: str) -> tuple[str, str] | None:

@@ -188,16 +188,13 @@ def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     """Meshes that tell no order, and methods that share what is wrong with them."""
     methods = methods_of(scene, reference)
-    shape, sizes, cuts = (
-        methods[0].case.shape,
-        reference.thing.sizes.values,
-        methods[0].declared.thing.cuts(methods[0].case),
-    )
+    first, sizes = methods[0], reference.thing.sizes.values
+    shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)
     if (why := uneven(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
         yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
                          "nothing is extrapolated", _better(shape, cuts), (why,))  # fmt: skip
-    nu = methods[0].case.largest_poisson
+    nu = first.case.largest_poisson
     if all(own.declared.thing.locks_at(nu) for own in methods):
         at = reference.at("methods")
         yield diagnostic("W333", at, f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}",

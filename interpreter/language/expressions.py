@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -242,26 +242,36 @@ class Evaluator:
 
     def _call(self, node: tree.Call) -> Value:
         name = node.function.text
-        owner = before_at(node)
-        if (name not in FUNCTIONS and name not in SPECIAL) and (owner is None or self.at is None):
-            raise self.unknown_function(node)
-        if any(a.name for a in node.arguments) or not node.arguments:
-            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
-                                  "no value to take",
-                                  f"write `{name}(a)`")  # fmt: skip
+        owner = before_at(node) if self.at is not None else None
+        self.callable(node, known=owner is not None)
         arguments = [self.quantity(a.value) for a in node.arguments]
         if owner is not None and self.at is not None and len(arguments) == 1:
             return self.at(owner, node.arguments[0].value, arguments[0])
         if name in ("min", "max"):
-            return self._extreme(node, arguments)
-        if len(arguments) != 1:
-            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(arguments)}",
-                                  "too many values",
-                                  f"write `{name}(a)`")  # fmt: skip
+            self.alike(node, [q.dimension for q in arguments])
+            return (min if name == "min" else max)(arguments, key=lambda q: q.value)
+        self.single(node)
         return self._finite(self._apply(node, name, arguments[0]), node.span)
 
-    def unknown_function(self, node: tree.Call) -> Bad:
-        """Record a function that there is not."""
+    def callable(self, node: tree.Call, known: bool = False) -> None:
+        """Refuse a function that there is not, and one without plain values. Raises Bad."""
+        name = node.function.text
+        if name not in FUNCTIONS and name not in SPECIAL and not known:
+            raise self._unknown_function(node)
+        if any(a.name for a in node.arguments) or not node.arguments:
+            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
+                                  "no value to take",
+                                  f"write `{name}(a)`")  # fmt: skip
+
+    def single(self, node: tree.Call) -> None:
+        """Refuse more than one value. Raises Bad."""
+        if len(node.arguments) != 1:
+            name = node.function.text
+            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(node.arguments)}",
+                                  "too many values",
+                                  f"write `{name}(a)`")  # fmt: skip
+
+    def _unknown_function(self, node: tree.Call) -> Bad:
         name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
@@ -273,32 +283,37 @@ class Evaluator:
         hint = f"did you mean `{close}`?" if close else aliases.FUNCTIONS.get(name) or listed
         return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
-    def _extreme(self, node: tree.Call, arguments: list[Quantity]) -> Quantity:
-        name, due = node.function.text, arguments[0].dimension
-        for q, argument in zip(arguments, node.arguments, strict=True):
-            if q.dimension != due:
-                one, other = units.named(due), units.named(q.dimension)
-                raise self.place.fail("E218", argument.span, f"`{name}` cannot compare {one} with {other}",
+    def alike(self, node: tree.Call, dimensions: Sequence[Dimension]) -> None:
+        """Refuse to compare values of several dimensions. Raises Bad."""
+        due = dimensions[0]
+        for dimension, argument in zip(dimensions, node.arguments, strict=True):
+            if dimension != due:
+                one, other = units.named(due), units.named(dimension)
+                raise self.place.fail("E218", argument.span,
+                                      f"`{node.function.text}` cannot compare {one} with {other}",
                                       other,
                                       "give all values of one dimension")  # fmt: skip
-        choose = min if name == "min" else max
-        return choose(arguments, key=lambda q: q.value)
 
     def _apply(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
-        span = node.arguments[0].span
         try:
             if name == "sqrt":
-                return self._square_root(q, span)
-            function, takes, gives = FUNCTIONS[name]
-            if takes is not None and q.dimension != takes:
-                found, due = units.named(q.dimension), units.named(takes)
-                remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
-                help = f"`{name}` takes {due}: {remedy}"
-                raise self.place.fail("E204", span, f"expected {due}, found {found}", found, help)
-            return Quantity(function(q.value), q.dimension if gives is None else gives)
+                return self._square_root(q, node.arguments[0].span)
+            gives = self.gives(node, q.dimension)
+            return Quantity(FUNCTIONS[name][0](q.value), gives)
         except (ValueError, OverflowError):
             shown = units.show(q.value, q.dimension)
             raise self.place.fail("E219", node.span, f"`{name}` has no finite value for {shown}") from None
+
+    def gives(self, node: tree.Call, dimension: Dimension) -> Dimension:
+        """The dimension of one of FUNCTIONS of a value that has this one. Raises Bad."""
+        name = node.function.text
+        _, takes, gives = FUNCTIONS[name]
+        if takes is not None and dimension != takes:
+            found, due = units.named(dimension), units.named(takes)
+            remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
+            help = f"`{name}` takes {due}: {remedy}"
+            raise self.place.fail("E204", node.arguments[0].span, f"expected {due}, found {found}", found, help)
+        return dimension if gives is None else gives
 
     def _square_root(self, q: Quantity, span: Span) -> Quantity:
         return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import sweeps
-from softmark.interpreter.language.expressions import Place, Quantity, VectorValue, describe
+from softmark.interpreter.language.expressions import COORDINATES, Place, Quantity, VectorValue, describe
 from softmark.interpreter.language.schema import Field
 from softmark.records import dataclass
 
@@ -51,8 +51,7 @@ def points(binder: Binder, field: Field, node: tree.Expression, place: Place) ->
 def _point(
     binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Place
 ) -> tuple[float, float]:
-    if isinstance(item, tree.Vector) and item.unit is None:
-        item = replace(item, unit=unit)
+    item = _in_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
         raise binder.wrong(field, item, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(item)
@@ -123,6 +122,11 @@ class FieldsOf:
     binder: Binder
     place: Place
 
+    def vary(self, node: tree.Expression) -> bool:
+        """Whether coordinates or fields enter an expression."""
+        parts = (part for part, _ in tree.walk(node))
+        return any(self.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
+
     def known(self, part: tree.Expression | tree.Argument) -> bool:
         """Whether it is a field: a call that makes one, or the name of one that is declared."""
         if isinstance(part, tree.Call):
@@ -143,13 +147,11 @@ class FieldsOf:
 
 def profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
     """A constant that varies in space, None of one that does not. Raises Bad."""
-    if not any(isinstance(part, tree.Call | tree.Name) for part, _ in tree.walk(node)):
-        return None  # a number, as most are
-    from softmark.interpreter.language import profile_syntax
-
     fields = FieldsOf(binder, place)
-    if not profile_syntax.varies(node, fields):
+    if not fields.vary(node):
         return None
+    from softmark.interpreter.language import profile_syntax  # of no scene whose constants are numbers
+
     found = profile_syntax.profile(node, binder.compiler.scope.evaluator(binder.module, place), fields, field)
     binder.dimension(field, node, place, VectorValue((), found.dimension))
     return found

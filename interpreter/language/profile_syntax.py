@@ -8,7 +8,6 @@ from softmark.grammar import layout, tree
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import (
     COORDINATES,
-    FUNCTIONS,
     PREDEFINED,
     Evaluator,
     Quantity,
@@ -20,23 +19,18 @@ from softmark.interpreter.language.scene import Location
 from softmark.interpreter.language.schema import Field
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
-KIND = "field"  # of what a value may be read from
-
 
 class Fields(Protocol):
     """What of an expression is read from files."""
+
+    def vary(self, node: tree.Expression) -> bool:
+        """Whether coordinates or fields enter an expression."""
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
         """Whether it is a field: a call that makes one, or the name of one that is declared."""
 
     def made(self, part: tree.Expression) -> Any:
         """The field itself. Raises Bad."""
-
-
-def varies(node: tree.Expression, fields: Fields) -> bool:
-    """Whether coordinates or fields enter an expression."""
-    parts = (part for part, _ in tree.walk(node))
-    return any(fields.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
 
 
 def profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Field) -> Profile:
@@ -59,7 +53,7 @@ class Reader:
         if self.fields.known(node):
             field = self.fields.made(node)
             return Node("field", value=field), field.unit.dimension
-        if not varies(node, self.fields):
+        if not self.fields.vary(node):
             return self._constant(node)
         match node:
             case tree.Name(parts=(axis,)):
@@ -110,30 +104,14 @@ class Reader:
         raise self.evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
 
     def _function(self, node: tree.Call) -> tuple[Node, Dimension]:
-        name, place = node.function.text, self.evaluator.place
-        if name not in FUNCTIONS and name not in ("sqrt", "min", "max"):
-            raise self.evaluator.unknown_function(node)
-        if any(a.name for a in node.arguments) or not node.arguments:
-            raise place.fail("E211", node.span, f"`{name}` takes plain values, without names", "no value to take",
-                             f"write `{name}(a)`")  # fmt: skip
+        name = node.function.text
+        self.evaluator.callable(node)
         parts = [self.node(a.value) for a in node.arguments]
-        nodes, due = tuple(part for part, _ in parts), parts[0][1]
+        made, due = Node(name, tuple(part for part, _ in parts)), parts[0][1]
         if name in ("min", "max"):
-            for (_, dimension), argument in zip(parts, node.arguments, strict=True):
-                if dimension != due:
-                    raise place.fail("E218", argument.span,
-                                     f"`{name}` cannot compare {units.named(due)} with {units.named(dimension)}",
-                                     units.named(dimension), "give all values of one dimension")  # fmt: skip
-            return Node(name, nodes), due
-        if len(nodes) != 1:
-            raise place.fail("E211", node.span, f"`{name}` takes one value, found {len(nodes)}", "too many values",
-                             f"write `{name}(a)`")  # fmt: skip
+            self.evaluator.alike(node, [dimension for _, dimension in parts])
+            return made, due
+        self.evaluator.single(node)
         if name == "sqrt":
-            return Node(name, nodes), self.evaluator.halved(due, node.arguments[0].span)
-        _, takes, gives = FUNCTIONS[name]
-        if takes is not None and due != takes:
-            found, wanted = units.named(due), units.named(takes)
-            remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
-            raise place.fail("E204", node.arguments[0].span, f"expected {wanted}, found {found}", found,
-                             f"`{name}` takes {wanted}: {remedy}")  # fmt: skip
-        return Node(name, nodes), due if gives is None else gives
+            return made, self.evaluator.halved(due, node.arguments[0].span)
+        return made, self.evaluator.gives(node, due)

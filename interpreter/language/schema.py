@@ -261,10 +261,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "names", "kind": spec.removesuffix("s")}
     if spec == "values":
         return {"form": "list"}
-    if spec.startswith("points of "):
-        return {"form": "points", "dimension": units.parse(spec.removeprefix("points of ")).dimension}
     form, _, unit = spec.partition(" of ")
-    if form in ("vectors", "pairs", "each"):
+    if form in ("points", "vectors", "pairs", "each"):
         return {
             "form": form,
             "dimension": units.parse(unit.split(" in ")[0]).dimension,

@@ -24,9 +24,8 @@ from softmark.interpreter.results.report import ModelResult, ReferenceResult, Re
 from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
-meshio._mesh.topological_dimension.setdefault(
-    "wedge15", 3
-)  # which meshio 5 writes, and has left out of this table of its own
+# which meshio 5 writes, and has left out of this table of its own
+meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:

@@ -71,6 +71,22 @@ class Holding(Support):
     components: tuple[int, ...]
 
 
+class ByVector(Support):
+    """One that moves what it holds `by` one vector."""
+
+    by: Vector3
+
+    @property
+    def displacement(self) -> Vector3:
+        """That it imposes at full load, m."""
+        return self.by
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        moved: Self = scaled(self, "by", share)
+        return moved
+
+
 @dataclass(frozen=True)
 class Fixed(Holding):
     """Holds the selected part of a body where it is.
@@ -134,7 +150,7 @@ class Symmetric(Holding):
 
 
 @dataclass(frozen=True)
-class Displaced(Holding):
+class Displaced(ByVector, Holding):
     """Moves the selected part of a body by a given vector; components that are not named stay free."""
 
     moves = True
@@ -148,16 +164,6 @@ class Displaced(Holding):
         "course",
         "how it moves in a dynamic analysis, or from state to state of a static one; at once without",
     ] = None
-
-    @property
-    def displacement(self) -> Vector3:
-        """That it imposes at full load, m."""
-        return self.by
-
-    def part(self, share: float) -> Self:
-        """The same at a part of its full size."""
-        moved: Self = scaled(self, "by", share)
-        return moved
 
 
 @dataclass(frozen=True)
@@ -230,7 +236,7 @@ class Follows(Holding):
 
 
 @dataclass(frozen=True)
-class Hinged(Support):
+class Hinged(ByVector):
     """Holds points of the axes of a network, or moves them, and leaves their sections to turn.
 
     With an `axis` they turn about that alone, as on a bolt; without one in every way, as on a ball. `components`
@@ -249,13 +255,3 @@ class Hinged(Support):
     def moves(self) -> bool:  # type: ignore[override]
         """Whether it imposes a motion."""
         return any(self.by)
-
-    @property
-    def displacement(self) -> Vector3:
-        """That it imposes at full load, m."""
-        return self.by
-
-    def part(self, share: float) -> Self:
-        """The same at a part of its full size."""
-        moved: Self = scaled(self, "by", share)
-        return moved

@@ -8,12 +8,12 @@ import sys
 from importlib.util import find_spec
 from typing import Any
 
+import manifolds
 import pytest
 
 import softmark
 from softmark.solvers.mesh import filling
 from softmark.solvers.mesh.shapes import Cylinder
-from tests.shared import manifolds
 
 ROD = "cylinder(length = 20 mm, radius = 5 mm)"
 HELD = f"union({ROD}, cylinder(length = 10 mm, radius = 2 mm, origin = (5, 0, 0) mm))"

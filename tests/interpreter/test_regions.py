@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.cli.main import main
@@ -226,11 +225,8 @@ def test_a_scene_without_regions_loads_none_of_this() -> None:
         line for line in chain("hex8, strain = small, size = 5 mm").splitlines()
         if not line.startswith(("region", "material stiff"))
     )  # fmt: skip
-    told = f"import softmark, sys; softmark.loads('''{scene}''').run(); print(sorted(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
-    loaded = {m for m in eval(done.stdout.splitlines()[-1]) if m.startswith("softmark.") and "region" in m}
-    words = {"softmark.interpreter.vocabulary.regions", "softmark.interpreter.language.region_names"}
-    assert loaded <= words
+    words = {"interpreter.vocabulary.regions", "interpreter.language.region_names"}
+    assert {m for m in loaded_by(scene) if "region" in m} <= words
 
 
 # ------------------------------------------------------------------ borders that cells do not follow, by closed forms

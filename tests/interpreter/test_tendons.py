@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from loaded import loaded_by
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -169,7 +167,4 @@ def test_a_scene_without_tendons_imports_nothing_for_them() -> None:
     scene = (
         BODY.format(shape=ROUND, wall="<= 0") + "load weight = gravity(1 m/s^2)\nmodel rod = beam6dof(segments = 4)\n"
     )
-    told = f"import softmark, sys; softmark.loads('''{scene}''').run(); print(sorted(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
-    loaded = {m for m in eval(done.stdout.splitlines()[-1]) if m.startswith("softmark.")}
-    assert not {m for m in loaded if "tendon" in m or "driven" in m}
+    assert not {m for m in loaded_by(scene) if "tendon" in m or "driven" in m}

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tangents import gradient, tangent
 
 import softmark
 from softmark.interpreter.models.builders import build
@@ -103,20 +104,6 @@ def test_pressure_pushes_inward(where: str, normal: tuple[int, ...], area: float
 
 
 # ------------------------------------------------------------------ energies of loads
-
-
-def gradient(load: DeadForces | FollowerPressure, x: np.ndarray, scale: float = 1.0) -> np.ndarray:
-    g = np.zeros_like(x)
-    load.add_gradient(x, g, scale)
-    return g
-
-
-def tangent(load: FollowerPressure, x: np.ndarray, scale: float = 1.0, projected: bool = False) -> np.ndarray:
-    """The Hessian as a dense matrix: every entry of a row-major matrix is its own slot."""
-    K = np.zeros(x.size**2)
-    rows, columns = load.stencils[:, :, None], load.stencils[:, None, :]
-    load.add_hessian(x, K, rows * x.size + columns, scale, projected)
-    return K.reshape(x.size, x.size)
 
 
 def test_dead_forces_are_the_derivative_of_their_potential() -> None:

@@ -241,9 +241,8 @@ _QUANTITIES = {
 _VALUES = {
     "element": "tet4", "shape": "cylinder(length = 178 mm, radius = 19 mm)", "stiffness": "from_material()",
 }  # fmt: skip
-_FITTING = {
+_FITTING = {  # of fields whose value must go with that of another, or that take some shapes alone
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
-} | {  # of fields whose value must go with that of another, or that take some shapes alone
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
 }  # fmt: skip
