@@ -20,7 +20,7 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
     path = shape.file
     if isinstance(shape, Combined) and not shape.fault:
         one, other = (located(own, at) for own in shape.pair)
-        combined: AnyShape = replace(shape, one=one, other=other)  # type: ignore[type-var]
+        combined: AnyShape = replace(shape, one=one, other=other)
         return combined
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
         return shape

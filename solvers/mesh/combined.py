@@ -75,7 +75,7 @@ class Combined(Enclosed):
         if self.operation == "difference" or _beside(one, other):
             return one
         low, high = (min, max) if self.operation == "union" else (max, min)
-        ends = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
+        ends: list[Any] = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
         return ends[0], ends[1]
 
     def contains(self, point: Vector3) -> bool:

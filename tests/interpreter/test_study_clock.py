@@ -291,7 +291,7 @@ def test_every_name_in_the_tables_is_there() -> None:
     assert found["softmark.solvers.linear.factorisations", "factor"] == "factorisation"
     assert found["Triangular", "solve"] == found["LinearSolver", "solve"] == "solution"
     assert found["Cholesky", "factorise"] == "factorisation"
-    assert found["CorotationalTets", "add_both_lagged"] == found["RodElastic", "add_hessian"] == "assembly"
+    assert found["CorotationalTets", "add_both_lagged"] == found["OverElements", "add_hessian"] == "assembly"
     for prefix, methods in METHODS.items():
         for method in methods:
             owners = [o for o, n, _ in places() if n == method and isinstance(o, type)]

@@ -184,7 +184,7 @@ def test_selective_points_lie_on_rings_too() -> None:
 
 
 def test_stress_where_constants_vary_is_of_the_means_over_whole_rings() -> None:
-    """Selectively integrated and blown up alike by e, stress is 2 mu e of the point and 3 lam e of the cell as solved."""
+    """Integrated selectively, blown up by e, stress is 2 mu e of the point and 3 lam e of the cell as solved."""
     mesh, e = SECTION.mesh("hex8", 0.6), 1e-3
 
     def at_points(material: Any, mesh: Mesh, rule: Any) -> NeoHookean:
