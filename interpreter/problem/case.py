@@ -57,10 +57,10 @@ class Case:
 
     @property
     def prism(self) -> Swept:
-        """The same where it is known to have one section along an axis. Raises TypeError."""
-        if not isinstance(self.shape, Swept):
+        """The same where it is known to have sections along an axis. Raises TypeError."""
+        if (found := self.shape.swept) is None:
             raise TypeError(f"`{self.body.name}` has no section along an axis")
-        return self.shape
+        return found
 
     @property
     def material(self) -> Any:

@@ -20,6 +20,7 @@ from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
 from softmark.solvers.checks.solids import ForceBalance
 
+TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
 BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
 
 
@@ -92,7 +93,8 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
     bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
     missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
-    missing += curved.left_out(case.prism) + ribbon.stiffening(section, poisson, curvature + case.prism.bend)
+    missing += TAPERED * case.prism.slope**2 + curved.left_out(case.prism)
+    missing += ribbon.stiffening(section, poisson, curvature + case.prism.bend)
     missing += ribbon.ovalling(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.kinds.beam_forces import arm_of, deformed, hats, stiffness, worse
-from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, Beams
+from softmark.interpreter.evidence.kinds.beam_forces import along, arm_of, deformed, hats, worse
+from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.orders import COARSE
@@ -30,8 +30,6 @@ from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.mesh.frame import Member, Network
 from softmark.solvers.mesh.shape import transverse
 
-FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
-TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
 ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
@@ -78,19 +76,8 @@ class Frame:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
         shifts: Any = self.found.solution.displacement  # of a network, which knows its members
         x, R = deformed(X, across, arm_of(member.section), partial(shifts.of, number))
-        return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(number, member))
-
-    def _C(self, number: int, member: Member) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered member those of each element (e, 6): means of 1 / C."""
-        if not member.tapered:
-            return stiffness(member.section, self.found.case.material)
-        s = np.linspace(0.0, member.length, len(self.X[number]))
-        at, weights = _clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
-        fine = s[:-1, None] + np.diff(s)[:, None] * at
-        material = self.found.case.material
-        each = [[stiffness(member.section_at(place), material) for place in row] for row in fine.tolist()]
-        found: Floats = 1.0 / np.einsum("g,egc->ec", weights, 1.0 / np.array(each))
-        return found
+        C = along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
+        return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
 
     @cached_property
     def x(self) -> Floats:
@@ -190,15 +177,6 @@ class Frame:
                     own[i, 3] = own[i, 3] and not one
             found |= own
         return found
-
-
-def _clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
-    """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
-    turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
-    b = np.where(k == n // 2, 1.0, 2.0)
-    weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
-    weights[[0, -1]] *= 0.5
-    return 0.5 * (1.0 - np.cos(turn)), weights / n
 
 
 def frame_of(found: Found) -> Frame:

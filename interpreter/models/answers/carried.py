@@ -18,7 +18,6 @@ from softmark.interpreter.results.loads import vector
 from softmark.interpreter.results.reactions import Reaction
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.mesh.shape import Swept
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -147,7 +146,7 @@ def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
     """The supports of a model on a mesh, or else of beams, in the order of the scene, and what each holds of it."""
     if mesh is not None:
         return [_of_mesh(case, support, mesh) for support in case.supports]
-    if not isinstance(case.shape, Swept):
+    if case.shape.wired:
         from softmark.interpreter.models.network.layout import Layout
 
         layout = Layout.of(case, thing.segments)

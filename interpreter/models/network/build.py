@@ -11,10 +11,10 @@ import numpy as np
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.beam.carrying import carried, in_space
+from softmark.interpreter.models.beam.sections import at_nodes, stiffnesses
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.network.layout import Layout
-from softmark.interpreter.models.network.sections import at_nodes, stiffnesses
 from softmark.interpreter.models.network.shifts import Shifts
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.shared import outcome
@@ -75,7 +75,7 @@ class PreparedNetwork(Meshless):
         """What acts at the points in a state x (n * 7,); moments are about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
-        return carried(assembly, x, self.applied, float(energy), layout.X, now, layout.frames(x))
+        return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
 def load(model: Frame6Dof) -> None:
