@@ -60,7 +60,8 @@ class Carried:
     nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
     (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
-    moment, as those of an energy that does not see rotations. What acts on an `axial` body, one of revolution about
+    moment, as those of an energy that does not see rotations. `written` (n, 6) are those left over in the state as its
+    numbers are, where `left` is without what rounding of these leaves. What acts on an `axial` body, one of revolution about
     the y axis, comes to a force along it, and to no moment.
     """
 
@@ -74,6 +75,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    written: Floats | None = None
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""

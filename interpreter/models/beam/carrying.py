@@ -30,7 +30,8 @@ def carried(
     left = unrounded(problem, x).reshape(-1, 6)
     own = {load.name: _acting(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
-    return Carried(X, now - X, now, left, own, energy, work, frames)
+    written = problem.assembly.gradient(x, 1.0).reshape(-1, 6)
+    return Carried(X, now - X, now, left, own, energy, work, frames, written=written)
 
 
 def in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:
