@@ -26,7 +26,7 @@ from softmark.interpreter.report.view3d.surfaces import thinned
 from softmark.interpreter.results.report import CarriedNumber, ModelResult, ReferenceResult, Report, SeenSurface
 from softmark.interpreter.run.carried import MOST
 
-NONE = "only finite elements have a stress at every point"
+NONE = "only finite elements and beams have a stress at every point"
 
 
 def number(values: Any, words: str = "stress xx, cauchy", **more: Any) -> CarriedNumber:

@@ -62,7 +62,7 @@ def test_who_has_no_stress_says_so(tmp_path: Path) -> None:
     assert report.models["tets"].metrics["most"].value == pytest.approx(BENDING, rel=3e-3)
     missing = report.models["rod"].metrics["most"]
     assert missing.value is None
-    assert "only finite elements" in missing.reason
+    assert "only finite elements and beams" in missing.reason
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from softmark.interpreter.evidence.kinds.beam_forces import balance_of, reaction
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import curved, ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
@@ -76,6 +77,8 @@ class Beams(Voucher):
         """What the theory of beams leaves out. Raises Unknown."""
         if seen.in_forces:  # an energy goes with the square of what bends
             return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size
+        if isinstance(seen.metric, OfTensors):
+            return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * of_sections(answer, seen)
         if not seen.in_displacements:
             raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
         return left_out(answer.declared.thing, answer.case, answer.result) * seen.size
@@ -100,6 +103,15 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     if missing + strained > COARSE:
         raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
     return missing + strained
+
+
+def of_sections(answer: Answer, seen: ProbeAnswer) -> float:
+    """What an error of the stress of sections is relative to. Raises Unknown where the theory knows nothing."""
+    from softmark.interpreter.models.beam.disturbed import disturbed
+
+    if place := disturbed(answer.case, answer.declared.thing, seen.X):
+        raise Unknown(f"it looks within a width of {place}, where the theory of sections is crude")
+    return seen.size
 
 
 VOUCHER = Beams()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.beam_forces import along, arm_of, deformed, hats, worse
-from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams
+from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams, of_sections
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.orders import COARSE
@@ -19,6 +19,7 @@ from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, U
 from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.network import places
@@ -239,7 +240,8 @@ class Networks(Beams):
 
     def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What the theory of frames leaves out. Raises Unknown."""
-        if not (seen.in_forces or seen.in_displacements):
+        tensors = isinstance(seen.metric, OfTensors)
+        if not (seen.in_forces or seen.in_displacements or tensors):
             raise Unknown(f"{NO_ERROR}: what the theory of frames leaves out is known of displacements alone")
         checks = answer.result.solve.get("checks") or {}
         names = "bending_strain", "axial_strain", "curvature_per_m"
@@ -250,7 +252,8 @@ class Networks(Beams):
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
             raise Unknown(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
-        return (2.0 if seen.in_forces else 1.0) * (missing + strained) * seen.size
+        size = of_sections(answer, seen) if tensors else seen.size
+        return (2.0 if seen.in_forces or tensors else 1.0) * (missing + strained) * size
 
 
 def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:

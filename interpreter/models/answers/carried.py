@@ -61,8 +61,8 @@ class Carried:
     (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
     moment, as those of an energy that does not see rotations. `written` (n, 6) are those left over in the state as its
-    numbers are, where `left` is without what rounding of these leaves. What acts on an `axial` body, one of revolution about
-    the y axis, comes to a force along it, and to no moment.
+    numbers are, where `left` is without what rounding of these leaves. What acts on an `axial` body, one of revolution
+    about the y axis, comes to a force along it, and to no moment.
     """
 
     X: Floats

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cache, reduce
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class PreparedBeam(Meshless):
     """A rod at rest and its static problem."""
 
     declared: Declared
+    case: Case
+    stations: Floats  # of its nodes (n,), m
     rest: Floats
     elastic: RodElastic
     problem: Statics
@@ -103,7 +105,18 @@ class PreparedBeam(Meshless):
         notes = (*outcome.doubts(self.declared, found), *self._pressed(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)
-        return replace(seen, carried=cache(lambda: on_rod(solved, found.x, self.applied)))
+        carried = cache(lambda: on_rod(solved, found.x, self.applied))
+        return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
+
+    def _stress(self, solved: Statics, x: Floats) -> Any:
+        """Of its sections in a state x (nodes * 7,)."""
+        from softmark.interpreter.models.beam.stressed import Piece, SectionStresses, lines_on
+
+        shape, stations = self.case.prism, self.stations
+        ends = sum(e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
+        lines = lines_on(self.case, shape, stations, lambda line: (shape.own(line.begin)[0], shape.own(line.end)[0]))
+        piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
+        return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 
     def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Warnings where tendons pull their guides together."""
@@ -172,7 +185,9 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
     along, put = None if isinstance(shape, Prism) else shape.stations, disturbance_of(case)
-    return PreparedBeam(declared, rest, elastic, problem, size, put, applied, _inertia(case, rest, stations), along)
+    return PreparedBeam(
+        declared, case, stations, rest, elastic, problem, size, put, applied, _inertia(case, rest, stations), along
+    )
 
 
 def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:

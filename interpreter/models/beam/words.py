@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
 
+OF_SECTIONS = "finite", "sections"  # the measure of strain, and what stress is known of
 MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; from half a turn on it seems to wind back
 
 
@@ -39,6 +40,10 @@ class Beam6Dof(Model):
     fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put;
     supports may turn. An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and
     line loads are known.
+
+    Stress at rest is that of sections that warp as they like (Navier, Saint-Venant): of stretch, bending, torsion and
+    transverse shear in circles, rings and rectangles. Within a width of what holds, loads or joins a beam they do not,
+    and the theory is crude, which is said (W356).
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
@@ -207,6 +212,11 @@ class Beam6Dof(Model):
                 found[nearest] = border
                 inner.remove(nearest)
         return sorted(found)
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of sections, by the theory of Saint-Venant."""
+        return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""

@@ -83,7 +83,7 @@ class Model:
     @property
     def stress_law(self) -> tuple[str, str] | str:
         """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
-        return "only finite elements have a stress at every point of the body"
+        return "only finite elements and beams have a stress at every point of the body"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case, errors and warnings that need no arrays."""
