@@ -57,6 +57,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.tendon_theory import driven_rod_of
 
             return driven_rod_of(case)
+        case "frame":
+            from softmark.interpreter.problem.frame_problem import frame_of
+
+            return frame_of(case)
         case "bar":
             from softmark.interpreter.problem.bar_theory import bar_of
 
@@ -66,7 +70,8 @@ def _problem(reference: Declared, case: Case) -> Any:
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
-    found: Theory = reference.thing.solve(problem_of(reference, case))
+    problem = problem_of(reference, case)
+    found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
     return found
 
 

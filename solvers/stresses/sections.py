@@ -49,7 +49,8 @@ def _twisted(section: Section, X2: Floats, X3: Floats) -> Floats:
 def _twisted_rectangle(a: float, b: float, J: float, x: Floats, y: Floats) -> Floats:
     """Of half sides a <= b along x and y (n, 2): derivatives of Prandtl's function, by y and by -x, over G theta J."""
     n = 2.0 * np.arange(TERMS) + 1.0
-    k, sign = 0.5 * np.pi * n / a, (-1.0) ** np.arange(TERMS)
+    k: Floats = np.asarray(0.5 * np.pi * n / a, dtype=np.float64)
+    sign = (-1.0) ** np.arange(TERMS)
     sine, cosine = _hyperbolic(k, y, b)
     weight = 16.0 * a / np.pi**2 * sign / n**2
     along_x = -(weight * sine * np.cos(np.outer(x, k))).sum(axis=1)

@@ -113,7 +113,7 @@ class PreparedBeam(Meshless):
         from softmark.interpreter.models.beam.stressed import Piece, SectionStresses, lines_on
 
         shape, stations = self.case.prism, self.stations
-        ends = sum(e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
+        (ends,) = (e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
         lines = lines_on(self.case, shape, stations, lambda line: (shape.own(line.begin)[0], shape.own(line.end)[0]))
         piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
         return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
@@ -201,9 +201,12 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
         return [section.area, sum(section.moments), *section.moments]
 
     if shape.tapered:
-        return rho * at_nodes(shape, stations, of)
+        tapering: Floats = rho * at_nodes(shape, stations, of)
+        return tapering
     half = 0.5 * lengths(rest, chain(len(stations)))
-    return rho * np.outer(np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half]), of(shape.section))
+    shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
+    even: Floats = rho * np.outer(shares, of(shape.section))
+    return even
 
 
 def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | VaryingStiffness:
@@ -262,7 +265,8 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
         case PerMass(acceleration=g):
             if shape.tapered:
                 areas = at_nodes(shape, stations, lambda section: [section.area])
-                return areas * case.material.density * np.array(g)
+                weights: Floats = areas * case.material.density * np.array(g)
+                return weights
             w = case.material.density * shape.section.area * np.array(g)
             if isinstance(shape, Prism):
                 return RodLoad.uniform(rest, chain(len(stations)), w).forces
