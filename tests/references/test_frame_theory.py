@@ -76,7 +76,7 @@ load pull = point_force(frame, at = (1, 0.8, 0) m, vector = (0, 0, -1) mN)
 
 def test_a_beam_under_its_own_weight() -> None:
     """Clamped at both ends: w L^4 / (384 E I) + w L^2 / (8 kappa G A) in the middle, where no node is."""
-    text = """body frame = network(points = [(0, 0, 0), (2, 0, 0)] m, members = [(1, 2)], material = steel, side = 20 mm)
+    text = """body frame = network([(0, 0, 0), (2, 0, 0)] m, [(1, 2)], steel, side = 20 mm)
 support ends = fixed(frame, where = x <= 0 m)
 support other = fixed(frame, where = x >= 2 m)
 load own = gravity(1e-2 m/s^2)
@@ -88,8 +88,7 @@ load own = gravity(1e-2 m/s^2)
 
 def test_a_cone_is_the_integral_of_its_flexibility() -> None:
     """4 P L^3 / (3 pi E a^3 b) and what shear adds, P L / (kappa G pi a b)."""
-    text = """body frame = network(points = [(0, 0, 0), (1, 0, 0)] m, members = [(1, 2)], material = steel, radius = 20 mm,
-    end_radius = 10 mm)
+    text = """body frame = network([(0, 0, 0), (1, 0, 0)] m, [(1, 2)], steel, radius = 20 mm, end_radius = 10 mm)
 support wall = fixed(frame, where = x <= 0 m)
 load pull = point_force(frame, at = (1, 0, 0) m, vector = (0, 0, -1) mN)
 """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,10 +81,9 @@ class PreparedNetwork(Meshless):
         rest, now, ends = layout.rest.reshape(-1, 7), x.reshape(-1, 7), rods(layout).local_forces(x)
         ends, pieces = ends.reshape(len(network.members), -1, 12), []
         for i, member in enumerate(network.members):
-            lines = lines_on(case, member, layout.stations(i), lambda line, i=i: _stretch(network, line, i))
-            pieces.append(
-                Piece(member, layout.stations(i), rest[layout.nodes(i)], now[layout.nodes(i)], ends[i], lines)
-            )
+            stations, nodes = layout.stations(i), layout.nodes(i)
+            lines = lines_on(case, member, stations, partial(_stretch, network, i))
+            pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
         return SectionStresses(pieces, case, network.nearest)
 
     def _carried(self, x: Floats) -> Carried:
@@ -94,7 +93,7 @@ class PreparedNetwork(Meshless):
         return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
-def _stretch(network: Network, line: PerLength, member: int) -> tuple[float, float] | None:
+def _stretch(network: Network, member: int, line: PerLength) -> tuple[float, float] | None:
     """Where a line of force goes along a member, from 0: the stations of its ends, m; None of one along another."""
     own, first, last = places.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None
