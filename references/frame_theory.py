@@ -88,7 +88,8 @@ class FrameMember:
         t, w = _rule(FEW)
         q = self.load(self.length * t) @ self.frame.T
         moments = np.einsum("f,fij,fj->i", self.length * w, _along(self.length * t), q)
-        return np.concatenate([self.length * w @ q, moments])
+        found: Array = np.concatenate([self.length * w @ q, moments])
+        return found
 
     @cached_property
     def shift(self) -> Array:
@@ -106,7 +107,9 @@ class FrameMember:
 def _rule(count: int) -> tuple[Array, Array]:
     """Places and weights of Gauss's rule from 0 to 1."""
     x, w = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (1.0 + x), 0.5 * w
+    places: Array = 0.5 * (1.0 + x)
+    weights: Array = 0.5 * w
+    return places, weights
 
 
 def _along(d: Array) -> Array:
@@ -144,7 +147,7 @@ class Frame:
         answer = FramedAnswer(self, d.reshape(-1, 6))
         if not answer.strayed <= SMALL:
             raise Refused(
-                f"it turns, or is pressed, by {100 * answer.strayed:.2g} % of what small loads leave out",
+                f"its turns, and axial forces against those that buckle, come to {100 * answer.strayed:.2g} %",
                 "the theory is one of small loads: take smaller ones, or compare two models",
             )
         return answer

@@ -120,7 +120,8 @@ class _Made:
 
         def load(s: Floats) -> Floats:
             areas = np.array([_section(member, a + t).area for t in s.tolist()])
-            return areas[:, None] * weight + along
+            found: Floats = areas[:, None] * weight + along
+            return found
 
         material = self.case.material
 

@@ -103,8 +103,8 @@ USUAL = {  # by name and form, in scenes with nothing amiss
 }
 PLACES = ("(100, 0, 0) mm", "(50, 0, 0) mm", "(0, 0, 0) mm")  # on the axis of a cylinder
 ALONE = (  # words that go with their own kind of body alone
-    "network", "frame6dof", "hinged", "group", "tendon", "rucker_webster", "frame_theory", "kirsch", "plane_strain", "plane_stress",
-    "axisymmetric", "quarter_ring", "quadrilateral", "quad4", "quad8", "quad9", "tri3", "tri6",
+    "network", "frame6dof", "hinged", "group", "tendon", "rucker_webster", "frame_theory", "kirsch", "plane_strain",
+    "plane_stress", "axisymmetric", "quarter_ring", "quadrilateral", "quad4", "quad8", "quad9", "tri3", "tri6",
 )  # fmt: skip
 Words = dict[str, tuple[str, ...]]
 FLAT: Words = {

@@ -99,7 +99,7 @@ load pull = point_force(frame, at = (1, 0, 0) m, vector = (0, 0, -1) mN)
 
 def test_it_says_where_loads_are_not_small() -> None:
     """A mast that leans by a third of a radian: it refuses; of a tenth of that its error holds what it is off by."""
-    text = """body frame = network(points = [(0, 0, 0), (1, 0, 0)] m, members = [(1, 2)], material = steel, side = 10 mm)
+    text = """body frame = network([(0, 0, 0), (1, 0, 0)] m, [(1, 2)], steel, side = 10 mm)
 support wall = fixed(frame, where = x <= 0 m)
 load pull = point_force(frame, at = (1, 0, 0) m, vector = (0, 0, {force}) N)
 reference theory = frame_theory(frame)
