@@ -233,8 +233,9 @@ class FrameTheory(Reference):
 
     Members are straight, with stretch, bending, torsion and shear, joined rigidly; of those that taper the flexibility
     is integrated. Gravity, forces and lines of force on axes and torques at points act on the undeformed frame, and
-    supports hold points, or move them. It is linear: its error is what turns and axial forces of second order come to,
-    by their order, and it refuses a state in which these are a tenth. It shares no code with models.
+    supports hold points, or move them; a member that is held all along is so at every sixteenth. It is linear: its
+    error is what turns and axial forces of second order come to, by their order, and it refuses a state in which these
+    are a tenth. It shares no code with models.
     Source: Livesley, "Matrix Methods of Structural Analysis" (1964); Przemieniecki (1968), chapter 5; Cowper (1966).
     """
 

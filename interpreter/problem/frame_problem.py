@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+HELD = 16  # parts of a member that is held all along, at whose ends the theory holds it
 NEAR = 1e-9  # of the diagonal: places this near are one
 TAKES = "it takes gravity, forces and lines of force on axes, and torques at points"
 
@@ -43,22 +44,15 @@ def frame_of(case: Case) -> Callable[[], Frame]:
     for support in case.supports:
         if not isinstance(support.thing, Fixed | Displaced | Hinged):
             raise Refused(f"it knows nothing of the support `{support.name}`", "it takes clamps and hinges")
-        if _within(case, network, support):
-            raise Refused(f"`{support.name}` holds members between their points", "hold points alone")
+        if any(len(_within(member, network, support)) == 2 for member in network.members):
+            raise Refused(f"`{support.name}` holds a part of a member", "hold points and whole members")
     return lambda: _Made(case, network).frame()
 
 
-def _points(case: Case, network: Network, thing: Any) -> list[int]:
-    """The points that a condition selects, from 0."""
-    return [i for i, p in enumerate(network.points) if thing.where.holds(*p, network.diagonal)]
-
-
-def _within(case: Case, network: Network, support: Declared) -> bool:
-    """Whether a support takes places between the ends of members."""
-    parts = [k / 16 for k in range(1, 16)]
-    return any(
-        support.thing.where.holds(*m.centre(t * m.length), network.diagonal) for m in network.members for t in parts
-    )
+def _within(member: Member, network: Network, support: Declared) -> set[bool]:
+    """Whether a support takes places between the ends of a member: all, none, or both."""
+    places = (member.centre(k / HELD * member.length) for k in range(1, HELD))
+    return {bool(support.thing.where.holds(*place, network.diagonal)) for place in places}
 
 
 class _Made:
@@ -77,6 +71,8 @@ class _Made:
             places = [action.at] if isinstance(action, AtPoint) else []
             places += [action.begin, action.end] if isinstance(action, PerLength) else []
             found |= {s for s in (self._on(member, p) for p in places) if s is not None}
+        if any(True in _within(member, self.network, support) for support in self.case.supports):
+            found |= {k / HELD * member.length for k in range(1, HELD)}
         kept = [s for s in sorted(found) if self.near < s < member.length - self.near]
         return [0.0, *kept, member.length]
 
@@ -144,8 +140,12 @@ class _Made:
                 case AtPoint(at=at, force=force):
                     found[self._node(at), :3] += force
                 case Turning(moment=moment) as action:
-                    found[_points(self.case, self.network, action)[0], 3:] += moment
+                    found[self._selected(action)[0], 3:] += moment
         return found
+
+    def _selected(self, thing: Any) -> list[int]:
+        """The nodes that a condition selects, points before places within members."""
+        return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
     def _held(self) -> tuple[Floats, Floats]:
         """Rows over the unknowns of the nodes (c, 6 n), and what they are held at (c,)."""
@@ -154,7 +154,7 @@ class _Made:
             thing = support.thing
             hinged = isinstance(thing, Hinged)
             turns = np.array(transverse(thing.axis)) if hinged and thing.axis is not None else np.eye(3)
-            for i in _points(self.case, self.network, thing):
+            for i in self._selected(thing):
                 ways = [(np.eye(3)[c], 0, thing.displacement[c]) for c in thing.components]
                 ways += [(way, 3, 0.0) for way in turns] if not hinged or thing.axis is not None else []
                 for way, first, value in ways:
