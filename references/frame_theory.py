@@ -101,7 +101,8 @@ class FrameMember:
     @cached_property
     def turned(self) -> Array:
         """From space to its own axes, of displacements and turns (6, 6)."""
-        return np.kron(np.eye(2), self.frame)
+        found: Array = np.asarray(np.kron(np.eye(2), self.frame), dtype=np.float64)
+        return found
 
 
 def _rule(count: int) -> tuple[Array, Array]:

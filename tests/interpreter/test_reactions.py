@@ -238,7 +238,7 @@ body frame = network(points = [(0, 0, 0), (0, 0, 2), (3, 0, 2), (3, 2, 2), (3, 2
 support foot = fixed(frame, where = x <= 0 m and z <= 0 m)
 support hand = fixed(frame, where = x >= 3 m and z <= 0 m)
 load pull = point_force(frame, at = (3, 0, 2) m, vector = (0.1, 0.2, -0.3) N)
-model m = frame6dof(segments = 20)
+model m = frame6dof(segments = 8)
 probe p = point(frame, at = (3, 0, 2) m)
 metric d = displacement(p, along = +x)
 """

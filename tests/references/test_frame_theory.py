@@ -51,6 +51,7 @@ def known(text: str, at: tuple[float, float, float], points: int = 1) -> np.ndar
     return np.asarray(found.probes["p"].displacement[0])
 
 
+@pytest.mark.slow
 def test_models_come_to_it_in_second_order() -> None:
     """Members that taper and turn, a hinge that moves, all loads: 0.02 % with 40 segments, four times that with 20."""
     models = "model fine = frame6dof(segments = 40)\nmodel coarse = frame6dof(segments = 20)\n"
