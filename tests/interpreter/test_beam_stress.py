@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.run import pipeline
@@ -146,3 +147,14 @@ def test_errors_are_stated_where_sections_are_free() -> None:
     moving = run(text + "analysis a = dynamic(duration = 20 ms, step = 10 ms)\n").models["rod"].metrics["far"]
     assert moving.value is None
     assert "at rest" in moving.reason
+
+
+@pytest.mark.slow
+def test_what_no_metric_asks_for_is_not_loaded() -> None:
+    """A beam that is bent and no more: no stress, no theory of sections, no balance of a theory of frames."""
+    text = HEAD + BAR + "load weight = gravity(1e-3 m/s^2)\n" + ROD
+    text += "probe tip = point(bar, at = (1, 0, 0) m)\nmetric sag = displacement(tip, along = -z)\n"
+    loaded = loaded_by(text)
+    assert {m for m in loaded if m.endswith((".stressed", ".disturbed", ".frame_problem")) or "stresses" in m} <= {
+        "interpreter.models.answers.stressed"
+    }
