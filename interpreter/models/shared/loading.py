@@ -200,7 +200,7 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
         )
     facets = np.concatenate([found.whole, found.nodes[found.w > 0.0]])
     if case.planar:
-        _must_be_edge(case, load, mesh.points[facets])
+        must_be_edge(case, load, mesh.points[facets])
     if isinstance(load.thing.action, PerArea | Tensile):  # of a pressure, the plane's support takes all
         must_not_load_plane(case, load, mesh.points[facets], mesh.points)
     if isinstance(load.thing.action, Turning):
@@ -208,7 +208,7 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
     return found
 
 
-def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
+def must_be_edge(case: Case, load: Declared, X: Floats) -> None:
     """Raise a Fault where facets with nodes X (f, k, 3), m, of a load on a plane body are of its faces."""
     z = X[..., 2]
     if bool((np.ptp(z, axis=1) <= 1e-9 * np.ptp(z)).any()):
