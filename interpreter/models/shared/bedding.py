@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.shared.loading import must_be_edge
 from softmark.interpreter.problem.case import fault
+from softmark.interpreter.problem.mirrors import must_be_edge
 from softmark.interpreter.problem.parts.patches import Patches
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.solvers.elements import moments
