@@ -31,6 +31,9 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    for bed in case.beds:
+        problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
+        raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 

@@ -8,6 +8,7 @@ first in the scene has it, so that nothing counts twice.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -76,6 +77,7 @@ class Carried:
     turns_freely: bool = True
     axial: bool = False
     written: Floats | None = None
+    beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""
@@ -127,6 +129,14 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
     return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial)
+
+
+def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
+    """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
+    u = carried.u.ravel()
+    stored = sum(bed.value(u) for bed in beds.values())
+    each = {name: _plain(_force(bed, u)) for name, bed in beds.items()}
+    return replace(carried, energy=carried.energy - stored, beds=each)
 
 
 def _force(load: Energy, u: Floats) -> Floats:
@@ -209,4 +219,12 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
             vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
         )  # fmt: skip
         taken |= support.holds
-    return found
+    return found | {name: _of_bed(carried, own) for name, own in carried.beds.items()}
+
+
+def _of_bed(carried: Carried, forces: Floats) -> Reaction:
+    """What a bed does: its moment is about the middle of the forces' sizes."""
+    own, sizes = carried.wrench(forces), np.linalg.norm(forces[:, :3], axis=1)
+    at: Floats = sizes @ carried.x / (float(sizes.sum()) or 1.0)
+    at = at * (0.0, 1.0, 0.0) if carried.axial else at
+    return Reaction(vector(own.force), vector(own.moment), vector(at), vector(own.about(at)))
