@@ -12,8 +12,8 @@ class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    PulledBar, a DrivenRod or a RoundCore what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints
-    or a MeasuredCurve.
+    PulledBar, a DrivenRod or a RoundCore what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints,
+    a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

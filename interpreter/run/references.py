@@ -24,6 +24,7 @@ from softmark.interpreter.run.answers import Work
 from softmark.records import dataclass
 from softmark.references.curve import MeasuredCurve
 from softmark.references.measured import MeasuredSurface
+from softmark.references.values import KnownValue
 
 DRAWN = 400  # points of a measured curve that a report keeps
 
@@ -167,10 +168,22 @@ def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
 
 
+def _keep_value(work: Work, declared: Declared, data: KnownValue) -> None:
+    """A value of one state: it has no displacements of points."""
+    cls, case, unit = type(declared.thing), work.case(declared), units.si(declared.thing.values.dimension)
+    work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
+    facts = {"value": data.value, "uncertainty": data.uncertainty, "unit": unit}
+    found = ("converged", None, cls.kind, data.source)  # its error is no length, but in its facts
+    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts))
+
+
 def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
-    """A measured surface, or the displacements of tracked points."""
+    """A measured surface, the displacements of tracked points, a curve or a value."""
     if isinstance(data, MeasuredCurve):
         _keep_curve(work, declared, data)
+        return
+    if isinstance(data, KnownValue):
+        _keep_value(work, declared, data)
         return
     cls, case = type(declared.thing), work.case(declared)
     surface: Any = data if isinstance(data, MeasuredSurface) else None
