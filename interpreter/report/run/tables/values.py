@@ -11,6 +11,7 @@ from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.tables.shared import row_head, table_section
+from softmark.interpreter.results.report import MetricResult
 from softmark.interpreter.results.states import percent
 from softmark.records import dataclass
 
@@ -73,9 +74,11 @@ def section_of(findings: Findings) -> str:
 def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
     """Everyone's, in every state."""
     for name, result in findings.everyone.items():
-        each = tuple(zip(map(percent, result.states), result.each, strict=True)) or (("", result),)
-        for state, own in each:
-            found = own.metrics.get(metric.name)
+        each: list[tuple[str, Mapping[str, MetricResult]]] = [("", result.metrics)]
+        for i, state in enumerate(result.states):
+            each = [*(each if i else ()), (percent(state), result.each[i].metrics)]
+        for state, metrics in each:
+            found = metrics.get(metric.name)
             if found is not None and (told := _told(found.details)) is not None:
                 yield _Held(metric.name, name, state, *told)
 
