@@ -96,6 +96,7 @@ def _metric(
         uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
         published=published,
         curve=None if measured.curve is None else _drawn(measured.curve),
+        doubt=(against or view).doubt,
     )
     at_points = measured.at_points
     return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None

@@ -75,12 +75,13 @@ def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
     """Everyone's, in every state."""
     for name, result in findings.everyone.items():
         each: list[tuple[str, Mapping[str, MetricResult]]] = [("", result.metrics)]
-        for i, state in enumerate(result.states):
-            each = [*(each if i else ()), (percent(state), result.each[i].metrics)]
+        for i, value in enumerate(result.states):
+            each = [*(each if i else ()), (percent(value), result.each[i].metrics)]
         for state, metrics in each:
             found = metrics.get(metric.name)
             if found is not None and (told := _told(found.details)) is not None:
-                yield _Held(metric.name, name, state, *told)
+                unit, number, given, uncertainty, within = told
+                yield _Held(metric.name, name, state, unit, number, given, uncertainty, within)
 
 
 def _told(details: Mapping[str, Any]) -> tuple[str, float, float, float, bool] | None:
