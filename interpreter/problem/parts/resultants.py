@@ -13,7 +13,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
-from softmark.interpreter.problem.parts.true import selected
+from softmark.interpreter.problem.parts.true import selected, volume
 from softmark.interpreter.results.loads import Resultant, Vector, vector
 from softmark.interpreter.vocabulary.loads import (
     AtPoint,
@@ -131,8 +131,8 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     """The force on the body itself, and the area that it acts on; None where they are not known."""
     shape = case.shape
     match load.thing.action:
-        case PerMass(acceleration=g) if shape.volume is not None and not case.parts and case.uniform:
-            return vector(case.material.density * shape.volume * np.array(g)), None
+        case PerMass(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
+            return vector(case.material.density * held * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return vector(found[0] * np.array(t)), found[0]
         case Turning(where=where) if (found := selected(shape, where)) is not None:
