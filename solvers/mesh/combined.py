@@ -98,11 +98,15 @@ class Combined(Enclosed):
         """Its surface, of facets for cells of a size (m). Raises UnreadableMesh."""
         return _closed(self, _stamp(self), self.fineness(size))
 
+    def halved(self, size: float) -> tuple[Closed, Closed]:
+        """Its surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
+        here, stamp = self.fineness(size), _stamp(self)
+        return _closed(self, stamp, here), _closed(self, stamp, here, 1)
+
     def missed(self, size: float) -> float:
         """Of its volume, what the facets miss, m^3: by such facets halved, which miss a fourth."""
-        here = self.fineness(size)
-        coarse, fine = (_closed(self, _stamp(self), here, halved).volume for halved in (0, 1))
-        return 4.0 / 3.0 * (fine - coarse)
+        coarse, fine = self.halved(size)
+        return 4.0 / 3.0 * (fine.volume - coarse.volume)
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
@@ -129,7 +133,8 @@ class Union(Combined):
     united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`). What that encloses is filled with
     tetrahedra by the extra `meshing`, as `filled` says. The report has the volume that the facets miss, and how the
     mesh stands to its surface. Conditions are asked of the facets, which lie inside a ball and inside a hole: borders
-    along curved sides need room. Three bodies are a union of a union.
+    along curved sides need room. What a load takes of them is held against the surfaces of the shapes themselves, or of
+    finer facets where one of them is a file's. Three bodies are a union of a union.
     """
 
     operation = "union"

@@ -80,6 +80,17 @@ def volume(shape: Shape) -> float | None:
     return _added([piece.measure(EVERYWHERE, shape.diagonal) for piece in found])[2] / 3.0
 
 
+def tended(shape: Combined, condition: Condition, size: float) -> float | None:
+    """Area, m^2, that facets for cells of a size (m) tend to as they are halved, and miss a fourth; None of groups.
+
+    For parts of which no more is known. Raises UnreadableMesh.
+    """
+    if condition.groups:
+        return None
+    areas = [_flat(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.halved(size)]
+    return areas[1] + (areas[1] - areas[0]) / 3.0
+
+
 def pieces(shape: Shape) -> list[Piece] | None:
     """All of a shape's surface; None of those from files, or along curved axes."""
     if isinstance(shape, Combined):
