@@ -22,6 +22,7 @@ FACETS = 0.5  # of a model's size: of facets that curved sides are made of, wher
 COARSE = 0.1  # of the extent: a surface is made with cells so large, and its triangles are halved
 USUAL = 0.05  # of the extent: of the cells of a model, where none is known
 AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+MANY = 1e6  # triangles of a surface: more is not combined in a minute, nor in a gigabyte
 INSIDE = 1e-6  # of the extent: what is within by less is on the border
 
 
@@ -77,6 +78,16 @@ class Combined(Enclosed):
         low, high = (min, max) if self.operation == "union" else (max, min)
         ends: list[Any] = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
         return ends[0], ends[1]
+
+    @property
+    def least(self) -> float:
+        """A volume, m^3, that it has at least, as far as can be told without its surface."""
+        if self.operation == "union":
+            return max(self.one.least, self.other.least)
+        if self.operation == "intersection" or self.other.bounds is None:
+            return 0.0
+        most = self.other.volume or math.prod(b - a for a, b in zip(*self.other.bounds, strict=True))
+        return max(0.0, self.one.least - most)
 
     def contains(self, point: Vector3) -> bool:
         """Whether it holds a point, give or take 1e-9 of its size; what is on the border of a hole is of the body."""
@@ -177,10 +188,22 @@ def _stamp(shape: Shape) -> Any:
     return seen(shape.file) if shape.file else None
 
 
+def _triangles(shape: Shape, facets: float) -> float:
+    """About how many triangles of a size (m) a surface with curved sides is made of."""
+    if isinstance(shape, Combined):
+        return sum(_triangles(own, shape.facets or facets) for own in shape.pair)
+    if not shape.sides or shape.bounds is None:
+        return 0.0
+    a, b, c = (high - low for low, high in zip(*shape.bounds, strict=True))
+    return 2.0 * (shape.skin or 2.0 * (a * b + b * c + c * a)) / facets**2
+
+
 @lru_cache(maxsize=16)
 def _closed(shape: Combined, stamp: Any, facets: float, halved: int = 0) -> Closed:
-    from softmark.solvers.mesh.combining import combined
+    from softmark.solvers.mesh.combining import combined, too_many
 
+    if (count := _triangles(shape, facets)) > MANY:
+        raise too_many(count, facets)
     return combined(shape.operation, *(_skin(own, facets, halved) for own in shape.pair))
 
 
