@@ -23,6 +23,7 @@ COARSE = 0.1  # of the extent: a surface is made with cells so large, and its tr
 USUAL = 0.05  # of the extent: of the cells of a model, where none is known
 AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 MANY = 1e6  # triangles of a surface: more is not combined in a minute, nor in a gigabyte
+FLUSH = 1e-12  # of their extent: bodies that are no farther apart have a face in common
 INSIDE = 1e-6  # of the extent: what is within by less is on the border
 
 
@@ -54,7 +55,7 @@ class Combined(Enclosed):
     def apart(self) -> str:
         """That the bounds of both have nothing in common, where that leaves no body, or two."""
         one, other = (shape.bounds for shape in self.pair)
-        return _APART[self.operation] if _beside(one, other) else ""
+        return _APART[self.operation] if _beside(one, other, self.operation == "union") else ""
 
     @property
     def pair(self) -> tuple[Shape, Shape]:
@@ -73,7 +74,7 @@ class Combined(Enclosed):
         one, other = (shape.bounds for shape in self.pair)
         if one is None or other is None:
             return one if self.operation == "difference" else None
-        if self.operation == "difference" or _beside(one, other):
+        if self.operation == "difference" or _beside(one, other, self.operation == "union"):
             return one
         low, high = (min, max) if self.operation == "union" else (max, min)
         ends: list[Any] = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
@@ -174,11 +175,13 @@ class Intersection(Combined):
     operation = "intersection"
 
 
-def _beside(one: Bounds | None, other: Bounds | None) -> bool:
-    """Whether two bounds are known to have nothing in common."""
+def _beside(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
+    """Whether two bounds are known to have nothing in common; or no face, where bodies may meet in one."""
     if one is None or other is None:
         return False
-    return not all(a < d and c < b for a, b, c, d in zip(*one, *other, strict=True))
+    slack = FLUSH * max(math.dist(*one), math.dist(*other))
+    common = [min(b, d) - max(a, c) for a, b, c, d in zip(*one, *other, strict=True)]
+    return min(common) < -slack or sum(gap <= slack for gap in common) > touching
 
 
 def _stamp(shape: Shape) -> Any:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Side
 
 EMPTY, MISSING, UNFIT, ENDLESS = "E336", "E337", "E338", "E578"
+SAME = 12  # digits, of the extent: faces that differ by rounding lie in one plane
 NOTHING = 1e-9  # of the extent cubed: a volume that is no more is none
 MEANING = {"union": "__add__", "difference": "__sub__", "intersection": "__xor__"}
 
@@ -37,7 +38,7 @@ def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints
     manifold = library()
     every = np.concatenate([one[0], other[0]])
     middle, extent = every.mean(axis=0), float(np.linalg.norm(np.ptp(every, axis=0)))
-    first, second = (_solid(manifold, (X - middle) / extent, triangles) for X, triangles in (one, other))
+    first, second = (_solid(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
     found = getattr(manifold.Manifold, MEANING[operation])(first, second)
     if found.is_empty() or found.volume() <= NOTHING:
         raise UnreadableMesh(_emptied(operation), EMPTY, "look at their places and sizes: `origin`, `axis`, units")

@@ -160,3 +160,25 @@ def test_a_least_volume_is_no_more_than_there_is() -> None:
     for shape, volume in BODIES.values():
         assert 0.0 <= shape.least <= volume * (1.0 + 1e-12)
     assert BODIES["drilled"][0].least == pytest.approx(8 * R**3 - 3 * math.pi * R**3 / 4)
+
+
+def test_bodies_that_have_a_face_in_common_meet() -> None:
+    """Side by side they were said not to; with an edge or a corner in common they are two. By rounding too."""
+    step = Box((2 * R, 2 * R, R), (2 * R, 0.0, 0.0))
+    assert Union(CUBE, step).fault == ""
+    assert Union(CUBE, step).bounds == ((0.0, 0.0, 0.0), (4 * R, 2 * R, 2 * R))
+    assert Union(Box((0.1, 0.1, 0.1)), Box((0.3, 0.1, 0.1), (0.1, 0.0, 0.0))).fault == ""
+    assert Union(Box((0.3, 0.1, 0.1)), Box((0.1, 0.1, 0.1), (0.1 + 0.2, 0.0, 0.0))).fault == ""  # 0.30000000000000004
+    assert "one piece" in Union(CUBE, Box((R, R, R), (2 * R, 2 * R, 0.0))).fault
+    assert "one piece" in Union(CUBE, Box((R, R, R), (2 * R, 2 * R, 2 * R))).fault
+    assert "nothing would be taken" in Difference(CUBE, step).fault
+    assert "nothing is left" in Intersection(CUBE, step).fault
+
+
+@needs_library
+@pytest.mark.parametrize("x", [2 * R, 2 * R + 1e-17])
+def test_what_stands_beside_a_body_is_united_with_it(x: float) -> None:
+    """One closed surface with the volume of both; a gap of rounding does not make it two."""
+    surface = Union(CUBE, Box((2 * R, R, R), (x, 0.0, 0.0))).closed(R)
+    assert surface.volume == pytest.approx(10 * R**3, rel=1e-9)
+    assert surface.area == pytest.approx(24 * R**2 + 8 * R**2, rel=1e-9)
