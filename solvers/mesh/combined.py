@@ -84,11 +84,11 @@ class Combined(Enclosed):
     def least(self) -> float:
         """A volume, m^3, that it has at least, as far as can be told without its surface."""
         if self.operation == "union":
-            return max(self.one.least, self.other.least)
+            return float(max(self.one.least, self.other.least))
         if self.operation == "intersection" or self.other.bounds is None:
             return 0.0
         most = self.other.volume or math.prod(b - a for a, b in zip(*self.other.bounds, strict=True))
-        return max(0.0, self.one.least - most)
+        return float(max(0.0, self.one.least - most))
 
     def contains(self, point: Vector3) -> bool:
         """Whether it holds a point, give or take 1e-9 of its size; what is on the border of a hole is of the body."""
