@@ -21,8 +21,10 @@ from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
+from softmark.solvers.base import memory
 from softmark.solvers.elements import element_of
 
+SHARE = 0.6  # of the memory that is left: what a finer space may take
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 
 
@@ -36,12 +38,13 @@ def found(
     from softmark.interpreter.models.fem.build import at_rest
     from softmark.interpreter.models.shared.deformed import Deformed
     from softmark.solvers.linear.factorisations import Singular
-    from softmark.solvers.mesh.refine import Unmatched, finer
+    from softmark.solvers.mesh.refine import Unmatched, finer, needs
     from softmark.solvers.statics.enriched import Below, StateLost, settled
 
     model: Fem = declared.thing
     if model.formulation == "mixed":
         raise Unknown("a finer space with pressures as unknowns costs more than it tells")
+    _must_fit(needs(solved.mesh))
     try:
         above = finer(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _freed(model, typical(case, solved.mesh), above.mesh.kind)
@@ -57,6 +60,14 @@ def found(
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
     return remembered(thing, case, Deformed(above.mesh, state.reshape(-1, 3)))
+
+
+def _must_fit(needed: float) -> None:
+    """Raises Unknown where a finer space would take more than its share of the memory that is left."""
+    free = memory.available()
+    if needed > SHARE * free:
+        gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
+        raise Unknown(f"a finer space would take {gigabytes}")
 
 
 def remembered(model: Fem, case: Case, mesh: Moved) -> Remembered:

@@ -192,3 +192,36 @@ def test_a_finer_space_is_solved_in_what_bends_too() -> None:
     """nu = 0.499: after one step, whose energy is that of volumes, 2.3 % was stated for a true 6.8 %."""
     model = "model m = fem(hex8, integration = selective, strain = corotational, size = 5 mm)"
     assert 1.0 <= ratio(asked(model, poisson=0.499), "m") <= 4.0
+
+
+@SLOW
+def test_a_finer_space_that_does_not_fit_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With 10 MB left: eight-fold hexahedra take 20 (3 * 8)^2 bytes each, and coarser meshes tell instead."""
+    from softmark.solvers.base import memory
+    from softmark.solvers.mesh import refine
+
+    def unasked(*_: Any) -> Any:
+        raise AssertionError("it was made")
+
+    monkeypatch.setattr(memory, "available", lambda: 1e7)
+    monkeypatch.setattr(refine, "finer", unasked)
+    model = asked("model m = fem(hex8, strain = finite, size = 2.5 mm)", fine="size = 5 mm").models["m"]
+    assert model.stated["sag"].parts["discretisation"] > 0.0
+    assert finer_needs(256) == pytest.approx(20.0 * 8 * 256 * 24**2)
+    monkeypatch.setattr("softmark.interpreter.evidence.kinds.solids.from_coarser", _nothing)
+    model = asked("model m = fem(hex8, strain = finite, size = 2.5 mm)", fine="size = 5 mm").models["m"]
+    assert "a finer space would take about 0.024 GB of memory, and 0.01 GB are free" in model.stated["sag"].reason
+
+
+def finer_needs(cells: int) -> float:
+    """Of a box of 16 x 4 x 4 hexahedra."""
+    from softmark.solvers.mesh.refine import needs
+    from softmark.solvers.mesh.shapes import Box
+
+    mesh = Box((0.04, 0.01, 0.01)).mesh("hex8", 0.0025)
+    assert len(mesh.cells) == cells
+    return needs(mesh)
+
+
+def _nothing(*_: Any) -> float:
+    raise Unknown("coarser meshes tell nothing")
