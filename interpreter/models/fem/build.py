@@ -153,7 +153,7 @@ class PreparedSolid(OnMesh):
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         moved = self._deformed(u, found.x, left)
-        modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
@@ -161,7 +161,8 @@ class PreparedSolid(OnMesh):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
 
-    def _mass(self) -> Any:
+    def mass(self) -> Any:
+        """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
