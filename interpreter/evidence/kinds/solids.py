@@ -90,7 +90,6 @@ class Solids(Sized):
             raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
     def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
-        thing: Fem = answer.solid.thing
         fine: ProbeAnswer
         if isinstance(seen, ToneAnswer):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))

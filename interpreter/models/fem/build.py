@@ -89,6 +89,15 @@ class PreparedSolid(OnMesh):
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        entries = len(self.problem.assembly.pattern.indices)
+        with factorisations.warming(entries):
+            self._warm_cells()
+        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+            systems.warm(self.problem.linear, self.problem.rest.dtype)
+        if self.first is not None:
+            self.first.prepared.warm()
+
+    def _warm_cells(self) -> None:
         twin = self.problem.twin.internal if self.problem.twin else ()
         for energy in (*self.problem.assembly.internal, *twin):
             one = _one_cell(energy)
@@ -100,12 +109,6 @@ class PreparedSolid(OnMesh):
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
         _one_cell(self.elastic).F(np.zeros(self.mesh.points.size))
-        entries = len(self.problem.assembly.pattern.indices)
-        factorisations.warm(entries)
-        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
-            systems.warm(self.problem.linear, self.problem.rest.dtype)
-        if self.first is not None:
-            self.first.prepared.warm()
 
     @property
     def assembly(self) -> Assembly:
