@@ -97,7 +97,8 @@ class Solids(Sized):
             raise Unknown("a finer space over the same cells has no reactions of its own")
         else:
             fine = seen.at(self._finer(answer))
-        apart, size = fine.apart(seen), fine.size
+        apart = fine.apart(seen)
+        size = fine.beside(apart)
         left = self._leaves(answer) * apart
         if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
@@ -173,7 +174,7 @@ class Solids(Sized):
         if alike:
             own = self._another(answer, seen, "alike", thing, **alike)
         apart = right.apart(own)
-        if not apart <= HOPELESS * right.size:
+        if not apart <= HOPELESS * right.beside(apart):
             raise Unknown("the best strain of its material leads to quite another state")
         return apart
 
