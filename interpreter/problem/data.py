@@ -22,6 +22,9 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
         one, other = (located(own, at) for own in shape.pair)
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined
+    if shape.flat and shape.prebuilt:
+        flat: AnyShape = replace(shape, region=located(shape.region, at))
+        return flat
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
         return shape
     from softmark.references.data import Unavailable, find
