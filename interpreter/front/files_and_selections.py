@@ -10,7 +10,7 @@ from pathlib import Path
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Location, Scene
+from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.problem.case import Case, Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
 from softmark.references.curve import CurveFromFile
@@ -49,7 +49,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         path = shape.file if shape.prebuilt else ""
         here = path and not path.startswith("data:")
         if here and shape.flat:
-            if at not in said and (refusal := _unread(case, shape)) is not None:
+            if at not in said and (refusal := _unread(model, case, shape)) is not None:
                 said.add(at)
                 yield refusal
             continue
@@ -60,12 +60,16 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
 
 
-def _unread(case: Case, shape: Shape) -> Diagnostic | None:
-    """Why a file has no plane region: it is read when a scene is checked, for where it lies decides what is held."""
+def _unread(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
+    """Why a file has no plane region, or not for a model: it is read when a scene is checked, since where it lies
+    decides what is held."""
+    from softmark.solvers.elements.plane import PLANE
     from softmark.solvers.mesh.files.flaws import UnreadableMesh
 
     try:
         shape.named()
+        if (element := getattr(model.thing, "element", None)) in PLANE:
+            shape.named(element)
     except UnreadableMesh as wrong:
         problem = f"the mesh of `{case.body.name}` cannot be used: {wrong}"
         return diagnostic(wrong.code, case.shaped, problem, "no plane region", wrong.remedy or "")

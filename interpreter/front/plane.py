@@ -43,8 +43,8 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
         if body.thing.planar and not body.thing.shape.flat:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
                              "not a plane region",
-                             "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells; a body in space "
-                             "is `solid`")  # fmt: skip
+                             "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells; a body in "
+                             "space is `solid`")  # fmt: skip
         elif body.thing.planar == "axisymmetric" and _left_of_axis(body.thing.shape):
             yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
                              "both sides of it", "x below 0",

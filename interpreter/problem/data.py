@@ -9,6 +9,7 @@ from softmark.interpreter.language.scene import Location
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.mesh.combined import Combined
 from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.flat_file import FlatFile
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import MeshFile
 
@@ -22,7 +23,7 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
         one, other = (located(own, at) for own in shape.pair)
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined
-    if shape.flat and shape.prebuilt:
+    if isinstance(shape, FlatFile):
         flat: AnyShape = replace(shape, region=located(shape.region, at))
         return flat
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):

@@ -48,6 +48,7 @@ def write(path: Path, points: Any, kind: str, cells: Any, groups: dict[str, Any]
     `.4.msh` is Gmsh's format 4.1, any other `.msh` its format 2; VTU and VTK have the numbers 1, 2, ... of groups in an
     array `part`, those of edges after those of cells.
     """
+    edges = {name: own for name, own in edges.items() if len(own)}
     number = {name: i for i, name in enumerate([*groups, *edges], start=1)}
     tags = np.zeros(len(cells), dtype=np.int64)
     for name, mask in groups.items():

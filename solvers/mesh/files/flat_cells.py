@@ -95,7 +95,7 @@ def _one_kind(data: Any) -> str:
     if flat[0] not in SLICED:
         raise UnreadableMesh(f"there is no element for its cells ({flat[0]})", NO_REGION,
                              f"cells that are known: {', '.join(SLICED)}")  # fmt: skip
-    return flat[0]
+    return str(flat[0])
 
 
 def _level(points: Floats, number: Ints) -> None:
@@ -113,11 +113,7 @@ def _level(points: Floats, number: Ints) -> None:
 
 def _edges(data: Any) -> list[tuple[int, Ints]]:
     """The edges (e, 2) of a file, by the number of their block."""
-    return [
-        (i, block.data[:, :2].astype(np.int64))
-        for i, block in enumerate(data.cells)
-        if block.type in EDGES
-    ]
+    return [(i, block.data[:, :2].astype(np.int64)) for i, block in enumerate(data.cells) if block.type in EDGES]
 
 
 def _whole(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
@@ -128,7 +124,7 @@ def _whole(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincid
     """
     now = np.full(max([int(number.max()), *(int(e.max(initial=0)) for e in edges)]) + 1, -1)
     now[number] = np.arange(len(number))
-    pairs = twins(points, cells) if coincident != "keep" else ()
+    pairs = twins(points, cells) if coincident != "keep" else np.zeros((0, 2), dtype=np.int64)
     if len(pairs) and coincident == "refuse":
         a, b = (int(n) for n in number[pairs[0]])
         raise UnreadableMesh(
@@ -140,7 +136,7 @@ def _whole(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincid
         same = merged(points, np.arange(len(points))[:, None])[1][:, 0]
         points, cells = merged(points, cells)
         now[number] = same
-    return points, cells, [now[own] for own in edges]
+    return points, cells, [np.where(own < 0, -1, now[np.maximum(own, 0)]) for own in edges]
 
 
 def _turned(points: Floats, cells: Ints, corners: int) -> Ints:
@@ -166,7 +162,7 @@ def _sliced(points: Floats, cells: Ints, kind: str) -> Mesh:
     if element.name != element.linear:
         mesh = with_nodes(mesh, element)  # points of its own
         for k, ends in enumerate(element.between):
-            below = sorted({corner % c for corner in ends})
+            below = tuple(sorted({corner % c for corner in ends}))
             if len(below) > 1:  # where the file has it: sides may be curved
                 own = 2 * c if len(below) == c else c + (below[0] if below[1] == below[0] + 1 else c - 1)
                 mesh.points[mesh.cells[:, element.corners + k], :2] = points[cells[:, own], :2]
