@@ -36,6 +36,8 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_uniform(reference, case)
     try:
+        if any(material.branches for material in case.materials):
+            raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
         problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"

@@ -64,3 +64,4 @@ class AtRest:
     work: Mapping[str, float | None] = field(default_factory=dict)
     energy: float = 0.0
     reason: str | None = None
+    dissipated: float = 0.0  # J, since the start of what remembers

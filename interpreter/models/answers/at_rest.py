@@ -16,7 +16,7 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
         return AtRest(reason=why)
     carried = solution.carried()
     held = reactions(carried, holders(case, prepared.mesh, declared.thing))
-    return AtRest(held, carried.work, carried.energy)
+    return AtRest(held, carried.work, carried.energy, dissipated=carried.dissipated)
 
 
 def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:

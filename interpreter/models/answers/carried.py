@@ -75,6 +75,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    dissipated: float = 0.0  # J, by what remembers
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""
