@@ -54,8 +54,9 @@ class Series:
 class Memory:
     """What the points of an elastic `energy` over cells remember.
 
-    The stress S (n, 3, 3) and energy W (n,) of what relaxes, the strain E and the stresses H (k, n, 3, 3) of the branches, Pa, at the end of the last step; `springs` (n,) is what these store and
-    `lost` (n,) what is dissipated, J/m^3.
+    Of the end of the last step: the stress S (n, 3, 3) and the energy W (n,) of what relaxes, the strain E, and the
+    stresses H (k, n, 3, 3) of the branches, Pa; `springs` (n,) is what these store, `lost` (n,) what is dissipated,
+    J/m^3.
     """
 
     energy: Any

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 SAME = 1e-9  # of a step: times that are nearer are one
 FALLS = 1e-3  # of what is dissipated: less than this may come back without a word
+ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
 BEFORE = 1e-9  # of a step: where a course is looked at before it jumps
 
 
@@ -207,9 +208,10 @@ class PreparedAged(OnMesh):
         """A warning where dissipated energy has come back."""
         lost = np.array((0.0, *state.losses))
         fall = float(np.maximum(0.0, np.maximum.accumulate(lost) - lost).max())
-        if fall <= FALLS * max(float(np.abs(lost).max()), 1e-300):
+        most = float(np.abs(lost).max())
+        if fall <= FALLS * most + ROUNDED * abs(state.work):
             return
-        share = 100.0 * fall / float(np.abs(lost).max())
+        share = 100.0 * fall / most
         yield diagnostic("W368", self.declared.at(), f"of the energy that `{self.declared.name}` has dissipated"
                          f" {share:.2g} % comes back", "no body does that",
                          "at large strain a series of stresses has no energy of its own: take smaller steps, and what"

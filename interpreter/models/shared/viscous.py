@@ -60,8 +60,8 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
     for lever, plain in PLAIN.items():
         if getattr(model, lever, plain) != plain:
             given = f"{lever} = {getattr(model, lever)}"
-            yield diagnostic("E362", declared.at(lever), f"`{declared.name}` remembers its past, and not with `{given}`",
-                             "not of what relaxes", "leave it out")  # fmt: skip
+            problem = f"`{declared.name}` remembers its past, and not with `{given}`"
+            yield diagnostic("E362", declared.at(lever), problem, "not of what relaxes", "leave it out")  # fmt: skip
     if any(support.thing.turns for support in case.supports):
         support = next(s for s in case.supports if s.thing.turns)
         yield diagnostic("E362", support.at(), f"`{support.name}` turns a body that relaxes", "not of what relaxes",
