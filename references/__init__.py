@@ -8,6 +8,7 @@
     small_deflection   the closed form for small ones
     rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
     graded_bar         a bar whose constants vary along it, pulled along its axis
+    prony              a bar whose stress relaxes, moved or pulled by any course
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
 
@@ -39,6 +40,7 @@ from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
 from softmark.references.kirsch import Kirsch
 from softmark.references.markers import TrackedPoints
+from softmark.references.prony import Prony
 from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
@@ -56,6 +58,7 @@ REFERENCES: dict[str, type] = {
     "kirsch": Kirsch,
     "rucker_webster": RuckerWebster,
     "graded_bar": GradedBar,
+    "prony": Prony,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

@@ -214,7 +214,7 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
 
 
 def _knows_forces(reference: Declared) -> bool:
-    return bool(reference.thing.how == "solved" and reference.thing.about == "torsion")
+    return bool(reference.thing.how == "solved" and reference.thing.about in ("torsion", "relaxing"))
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
