@@ -193,8 +193,8 @@ class Prony(Reference):
     whose poles are the roots of the Laplace transform of E(t). Ramps, smooth ones, swings, pulses and what acts at once
     are integrated in closed form. Metrics `force`, `displacement`, `strain_energy` and `dissipation` may be held
     against it. It takes a box, a cylinder or a tube of one `viscous(...)` material that relaxes as a whole, or whose
-    law has `poisson = 0.5`; one end face held along the axis alone, the other displaced along it or under a `traction`, and
-    a `quasistatic` analysis.
+    law has `poisson = 0.5`; one end face held along the axis alone, the other displaced along it or under a `traction`,
+    and a `quasistatic` analysis.
     Source: Christensen (1982), "Theory of Viscoelasticity", chapter 1; Tschoegl (1989), "The Phenomenological Theory of
     Linear Viscoelastic Behavior", chapter 3.
     """

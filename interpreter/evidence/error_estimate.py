@@ -180,7 +180,7 @@ class Stated(Answer):
         analysis: Any = self.case.analysis
         self.budget.must_hold(2.0)
         case = replace(self.case, analysis=replace(analysis, step=0.5 * analysis.step))
-        solution, _ = self.solved("step", self.declared, case)
+        solution, _ = self.solved("half a step", self.declared, case)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
             raise Unknown(f"the step is too long to say: half of it is {100 * apart / seen.size:.2g} % away")
