@@ -19,9 +19,9 @@ from softmark.interpreter.models.shared.deformed import Deformed, displacement_o
 from softmark.interpreter.models.shared.holding import held_values
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.prepared import Moved, Solution, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.analyses import Quasistatic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Smooth
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
@@ -221,8 +221,26 @@ class PreparedAged(OnMesh):
 # ------------------------------------------------------------------ building
 
 
-def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> PreparedAged:
+def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The body in motion, with what its points remember. Raises Fault."""
+    from softmark.interpreter.models.fem.build import mass_of
+    from softmark.interpreter.models.shared import motion
+    from softmark.solvers.dynamics.midpoint import Midpoint
+    from softmark.solvers.dynamics.remembering import Remembering
+
+    static, parts = at_rest(model, declared, case, workshop)
+    known = _remembered(model, static)
+    internal = [part.energy if isinstance(part, Memory) else part for part in known]
+    mass, loads = mass_of(model, case, static.mesh, parts), [*static.applied]
+    made = motion.in_motion(static, declared, case, static.mesh, mass, internal, loads, static.problem)
+    remembering = Remembering(known, isinstance(made.problem.integrator, Midpoint))
+    return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """The body at full size of all that acts, and what its points remember. Raises Fault."""
+    if isinstance(case.analysis, Dynamic):
+        return in_motion(model, declared, case, workshop)
     whole = _whole(case)
     static, _ = at_rest(model, declared, whole, workshop)
     loads = tuple(energy for _, energy in static.applied)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.vocabulary.analyses import Quasistatic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.solvers.materials.viscous import Viscous
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def refusals(model: Model, declared: Declared, case: Case) -> Iterator[Diagnosti
         yield diagnostic("E358", declared.at(), f"`{declared.name}` knows no stress that relaxes, and that of"
                          f" `{case.body.name}` does", "an elastic model",
                          "use `fem(...)`, or the elastic law by itself")  # fmt: skip
-    elif not isinstance(case.analysis, Quasistatic):
+    elif not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"the stress of `{case.body.name}` relaxes in time, and the analysis"
                          " follows none", "needs a time course",
                          f"declare {TIMED}, or use the elastic law by itself")  # fmt: skip
