@@ -53,7 +53,7 @@ BROAD = {
     "silicone-beam-as-published", "silicone-beam-refined", "silicone-beam-scanned", "silicone-beam-calibrated",
     "silicone-beam-trade", "silicone-beam-release", "pressure-vessels", "coated-rod", "beam-at-the-extremes",
     "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
-    "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
+    "relaxing-bars", "relaxing-rubber", "zener-bar", "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
     "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
     "tapered-shafts", "triangular-bar", "carved-bodies", "graded-wall", "given-back", "line-of-force",
     "rubber-vessels", "spherical-inclusion", "plate-with-a-hole", "rigid-frames", "ringing-cylinder",

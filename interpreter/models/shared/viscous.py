@@ -48,7 +48,8 @@ def _unsound(material: Viscous) -> tuple[str, str, str] | None:
     if isinstance(material.law, Viscous):
         return "its law relaxes already", "a series of a series", "give it the terms of both"
     if len(g) != len(tau):
-        return (f"it has {len(g)} shares and {len(tau)} times", "not one for each",
+        shares, times = (f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((len(g), "share"), (len(tau), "time")))
+        return (f"it has {shares} and {times}", "not one for each",
                 "give as many: `g = [0.3, 0.2], tau = [1, 10] s`")  # fmt: skip
     if sum(g) > 1.0 + TOGETHER:
         return f"its shares are {sum(g):.3g} in all", "more than all of it", "at most the whole stress relaxes: 1"
