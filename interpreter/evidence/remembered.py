@@ -38,7 +38,11 @@ def _part(material: Any, strain: str) -> solids.Stress:
     if strain == "small":
         return solids.small_stress(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
     own = None if material.of == "whole" else isochoric(material.law, mu)
-    return material.relaxing(strain).P if own is None else own  # type: ignore[no-any-return]
+    if own is not None:
+        return own
+    from softmark.solvers.materials.relaxing import series_of
+
+    return series_of(material, strain).part.P
 
 
 def remembering(made: Any, course: Course | None) -> Any:

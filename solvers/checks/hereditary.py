@@ -49,15 +49,15 @@ class Course:
         """What that comes to at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff stress."""
         xi, _ = rule(kind, centre)
         dNdX, _ = gradients(points, cells, kind, xi)
-        weights, before, found = self.weights(), 0.0, 0.0
-        N = shape(kind, xi)
+        weights, N = self.weights(), shape(kind, xi)
+        found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
         for weight, u in zip(weights, self.states, strict=True):
             F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
             if self.depth:
                 F[..., 2, 2] = 1.0 + (u[cells][:, :, 0] @ N.T) / (points[cells][:, :, 0] @ N.T)
             S = self.second(F.reshape(-1, 3, 3))
             found, before = found + weight * (S - before), S
-        return np.asarray(found, dtype=np.float64)
+        return found
 
     def second(self, F: Floats) -> Floats:
         """The stress that relaxes as second Piola-Kirchhoff's (n, 3, 3), Pa; where strains are small itself."""

@@ -8,46 +8,45 @@ is accepted.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.elastic import ElasticLaw
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.materials.relaxing import Relaxing, second, strain
 
-NONE = 1e-24  # of the modulus, squared: stresses below are none, and store as small ones do
+NONE = 1e-18  # of the modulus, squared: stresses below are none, and store as small ones do
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
-    """What relaxes, and how: the law of its stress, shares `g` (k,) and times `tau` (k,), s.
+class Fading(Protocol):
+    """A stress that relaxes: shares `g` (k,) of it in times `tau` (k,), s; `small` strains, or Green's."""
 
-    `mu` and `bulk` are its moduli at rest in Pa, infinite where no change of volume is of it.
-    """
-
-    part: ElasticLaw
-    g: Floats
-    tau: Floats
-    mu: float
-    bulk: float
-    small: bool
+    @property
+    def g(self) -> Floats: ...
+    @property
+    def tau(self) -> Floats: ...
+    @property
+    def mu(self) -> float: ...
+    @property
+    def small(self) -> bool: ...
 
     def weights(self, h: float) -> tuple[Floats, Floats]:
-        """exp(-h/tau), and the mean of exp(-s/tau) over a step of h s (k,): 1 where it takes no time."""
-        z = h / self.tau
-        return np.exp(-z), -np.expm1(-z) / np.where(z > 0.0, z, 1.0) if h > 0.0 else np.ones_like(z)
+        """exp(-h/tau), and the mean of exp(-s/tau) over a step of h s (k,)."""
 
     def compliant(self, S: Floats) -> Floats:
-        """S : C^-1 : S (...), J/m^3, by the moduli at rest: twice what S (..., 3, 3) stores in a small strain."""
-        square = np.einsum("...ij,...ij->...", S, S)
-        if np.isinf(self.bulk):
-            found: Floats = square / (2.0 * self.mu)
-            return found
-        tr = np.einsum("...ii->...", S)
-        whole: Floats = (square - tr**2 / 3.0) / (2.0 * self.mu) + tr**2 / (9.0 * self.bulk)
-        return whole
+        """S : C^-1 : S (...), J/m^3, of stresses (..., 3, 3) by the moduli at rest."""
+
+    def stress(self, F: Floats) -> Floats:
+        """The second Piola-Kirchhoff stress of what relaxes, Pa (n, 3, 3)."""
+
+    def energy(self, F: Floats) -> Floats:
+        """Its energy, J/m^3 (n,)."""
+
+    def strain(self, F: Floats) -> Floats:
+        """The strain that works with it (n, 3, 3)."""
+
+    def relaxed(self, whole: Any, h: float, H: Floats, S: Floats, shape: Any) -> Any:
+        """The law of a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +59,7 @@ class Memory:
     """
 
     energy: Any
-    series: Series
+    series: Fading
     S: Floats
     W: Floats
     E: Floats
@@ -69,7 +68,7 @@ class Memory:
     lost: Floats
 
     @classmethod
-    def at_rest(cls, energy: Any, series: Series) -> Memory:
+    def at_rest(cls, energy: Any, series: Fading) -> Memory:
         """That of what has always been at rest."""
         n, k = energy.w.size, len(series.g)
         none, each = np.zeros((n, 3, 3)), np.zeros(n)
@@ -77,10 +76,7 @@ class Memory:
 
     def over(self, h: float) -> Energy:
         """The energy of a step of h s from here: of its end."""
-        known, (decay, mean) = self.series, self.series.weights(h)
-        held = np.einsum("k,knij->nij", decay, self.H) - (known.g @ mean) * self.S
-        held = held.reshape(*self.energy.w.shape, 3, 3)
-        law = Relaxing(self.energy.law, known.part, float(known.g @ (1.0 - mean)), held, known.small)
+        law = self.series.relaxed(self.energy.law, h, self.H, self.S, self.energy.w.shape)
         made: Energy = replace(self.energy, law=law)
         return made
 
@@ -88,7 +84,7 @@ class Memory:
         """The memory after a step of h s that ends in the state x."""
         known, (decay, mean) = self.series, self.series.weights(h)
         F = self.energy.F(x)
-        S, W, E = second(known.part, F, known.small), known.part.psi(F), strain(F, known.small)
+        S, W, E = known.stress(F), known.energy(F), known.strain(F)
         grown = np.einsum("k,nij->knij", known.g * mean, S - self.S)
         H = decay[:, None, None, None] * self.H + grown
         springs = self._springs(H, S, W)
@@ -101,12 +97,13 @@ class Memory:
         In small strain H : C^-1 : H / 2g; of what is strained at once g W, whatever the strain.
         """
         known = self.series
-        own = np.einsum("kn,k->n", known.compliant(H), 1.0 / known.g)
+        own: Floats = np.einsum("kn,k->n", known.compliant(H), 1.0 / known.g)
         if known.small:
             return 0.5 * own
-        all_ = known.compliant(S)
-        some = all_ > NONE * known.mu
-        return own * np.where(some, W / np.where(some, all_, 1.0), 0.5)
+        whole = known.compliant(S)
+        some = whole > NONE * known.mu
+        found: Floats = own * np.where(some, W / np.where(some, whole, 1.0), 0.5)
+        return found
 
     def _small_loss(self, S: Floats, h: float) -> Floats:
         """int sum_i H : C^-1 : H / (g tau) dt over a step (n,), J/m^3, never negative: exact, H = A exp(-s/tau) + B."""

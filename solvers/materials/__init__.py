@@ -44,7 +44,7 @@ MATERIALS: dict[str, type[Isotropic]] = {
 }
 
 # what scenes call materials: those that are laws, and what is made around another
-WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, MATERIALS)  # type: ignore[arg-type]
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, MATERIALS)
 
 
 class NoFiniteLaw(Exception):

@@ -12,12 +12,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.materials import law_for
 from softmark.solvers.materials.law import project
+from softmark.solvers.materials.small_strain import SmallStrain
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.materials.law import Array, Law
+    from softmark.solvers.materials.viscous import Viscous
 else:
     from softmark.solvers.base.deferred import np
 
@@ -34,7 +37,7 @@ def second(law: Law, F: Array, small: bool) -> Array:
 def strain(F: Array, small: bool) -> Array:
     """Green's strain (n, 3, 3), or the small one."""
     H = F - np.eye(3)
-    eps = 0.5 * (H + H.swapaxes(1, 2))
+    eps: Array = 0.5 * (H + H.swapaxes(1, 2))
     return eps if small else eps + 0.5 * (H.swapaxes(1, 2) @ H)
 
 
@@ -91,3 +94,73 @@ class Relaxing:
     @property
     def _held(self) -> Array:
         return self.held.reshape(-1, 3, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """What relaxes, and how: the law of its stress, shares `g` (k,) and times `tau` (k,), s.
+
+    `mu` and `bulk` are its moduli at rest in Pa, infinite where no change of volume is of it.
+    """
+
+    part: Law
+    g: Array
+    tau: Array
+    mu: float
+    bulk: float
+    small: bool
+
+    def weights(self, h: float) -> tuple[Array, Array]:
+        """exp(-h/tau), and the mean of exp(-s/tau) over a step of h s (k,): 1 where it takes no time."""
+        z = h / self.tau
+        return np.exp(-z), -np.expm1(-z) / np.where(z > 0.0, z, 1.0) if h > 0.0 else np.ones_like(z)
+
+    def compliant(self, S: Array) -> Array:
+        """S : C^-1 : S (...), J/m^3, by the moduli at rest: twice what S (..., 3, 3) stores in a small strain."""
+        square = np.einsum("...ij,...ij->...", S, S)
+        if np.isinf(self.bulk):
+            found: Array = square / (2.0 * self.mu)
+            return found
+        tr = np.einsum("...ii->...", S)
+        whole: Array = (square - tr**2 / 3.0) / (2.0 * self.mu) + tr**2 / (9.0 * self.bulk)
+        return whole
+
+    def stress(self, F: Array) -> Array:
+        """The second Piola-Kirchhoff stress of what relaxes, Pa (n, 3, 3)."""
+        return second(self.part, F, self.small)
+
+    def energy(self, F: Array) -> Array:
+        """Its energy, J/m^3 (n,)."""
+        return self.part.psi(F)
+
+    def strain(self, F: Array) -> Array:
+        """The strain that works with it (n, 3, 3)."""
+        return strain(F, self.small)
+
+    def relaxed(self, whole: Law, h: float, H: Array, S: Array, shape: tuple[int, int]) -> Relaxing:
+        """The law of a step of h s from stresses H (k, n, 3, 3) of branches and S (n, 3, 3), Pa, at points (m, q)."""
+        decay, mean = self.weights(h)
+        held = np.einsum("k,knij->nij", decay, H) - (self.g @ mean) * S
+        return Relaxing(whole, self.part, float(self.g @ (1.0 - mean)), held.reshape(*shape, 3, 3), self.small)
+
+
+def part_of(material: Viscous, strain: str) -> Law | None:
+    """The law of the stress that relaxes, in a measure of strain; None where a material has no such part."""
+    elastic: Any = material.law
+    if strain == "corotational":
+        return None
+    if material.of == "whole":
+        return None if elastic.incompressible else law_for(elastic, strain)
+    if strain == "small":
+        return SmallStrain(elastic.shear_modulus, -2.0 / 3.0 * elastic.shear_modulus)
+    found: Law | None = elastic.isochoric()
+    return found
+
+
+def series_of(material: Viscous, strain: str) -> Series:
+    """The series of a material. Raises ValueError where its law has no part that relaxes."""
+    if (part := part_of(material, strain)) is None:
+        raise ValueError(f"no part of it relaxes in {strain} strain")
+    g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
+    bulk = np.inf if material.of == "shape" else material.bulk_modulus
+    return Series(part, g, tau, material.shear_modulus, bulk, strain == "small")

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from softmark.records import dataclass
-
-if TYPE_CHECKING:
-    from softmark.solvers.materials.isotropic import Isotropic
-    from softmark.solvers.materials.law import Law
 
 
 @dataclass(frozen=True)
@@ -49,17 +45,3 @@ class Viscous:
         """Share and time, s, of every term that has some."""
         pairs = zip(self.g.values, self.tau.values, strict=False)
         return tuple((g, tau) for g, tau in pairs if g > 0.0)
-
-    def relaxing(self, strain: str) -> Law | None:
-        """The law of the stress that relaxes, in a measure of strain; None where it has no such part."""
-        from softmark.solvers.materials import law_for
-        from softmark.solvers.materials.small_strain import SmallStrain
-
-        elastic: Isotropic = self.law
-        if strain == "corotational":
-            return None
-        if self.of == "whole":
-            return None if elastic.incompressible else law_for(elastic, strain)
-        if strain == "small":
-            return SmallStrain(elastic.shear_modulus, -2.0 / 3.0 * elastic.shear_modulus)
-        return elastic.isochoric()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -89,7 +89,7 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
     return replace(after, times=(*before.times, to.time), states=(*before.states, x), losses=(*before.losses, lost))
 
 
-def followed(problem: Statics, before: Aged, instants: Sequence[Instant], watch: Callable[[Aged], None]) -> Aged:
+def followed(problem: Statics, before: Aged, instants: Sequence[Instant]) -> Aged:
     """All of these, one after another. Raises NotConverged, which says when."""
     for to in instants:
         try:
@@ -98,5 +98,4 @@ def followed(problem: Statics, before: Aged, instants: Sequence[Instant], watch:
             reason = f"at {to.time:.6g} s: {failure.reason}"
             raise NotConverged(reason, before.history + failure.history, failure.facts, failure.unstable,
                                failure.loose) from failure  # fmt: skip
-        watch(before)
     return before

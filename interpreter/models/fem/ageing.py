@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers import carried, vibrations
-from softmark.interpreter.models.fem.build import PreparedSolid, at_rest, elastic_of
+from softmark.interpreter.models.fem.build import PreparedSolid, at_rest, elastic_of, mass_of
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.holding import held_values
@@ -27,7 +27,8 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.remembering import Memory, Series
+from softmark.solvers.energies.remembering import Memory
+from softmark.solvers.materials.relaxing import series_of
 from softmark.solvers.statics.ageing import Aged, Instant, Remembers, aged, begun, followed
 
 if TYPE_CHECKING:
@@ -167,10 +168,11 @@ class PreparedAged(OnMesh):
         came: list[Aged] = [first]
 
         def find() -> Any:
-            came[0] = followed(problem, first, self.instants(), lambda state: None)
+            came[0] = followed(problem, first, self.instants())
             if came[0].found is None:
                 came[0] = aged(problem, came[0], self._instant(self._now, False))
-            return replace(came[0].found, history=came[0].history[len(first.history) :])
+            found: Any = came[0].found
+            return replace(found, history=came[0].history[len(first.history) :])
 
         return outcome.solution(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
 
@@ -223,7 +225,6 @@ class PreparedAged(OnMesh):
 
 def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """The body in motion, with what its points remember. Raises Fault."""
-    from softmark.interpreter.models.fem.build import mass_of
     from softmark.interpreter.models.shared import motion
     from softmark.solvers.dynamics.midpoint import Midpoint
     from softmark.solvers.dynamics.remembering import Remembering
@@ -288,8 +289,5 @@ def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
         plain: Any = energy
         if model.formulation == "displacement":
             plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
-        g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
-        mu, bulk = material.shear_modulus, np.inf if material.of == "shape" else material.bulk_modulus
-        series = Series(material.relaxing(model.strain), g, tau, mu, bulk, model.strain == "small")
-        found.append(Memory.at_rest(plain, series))
+        found.append(Memory.at_rest(plain, series_of(material, model.strain)))
     return tuple(found)

@@ -240,10 +240,6 @@ def load(model: Fem) -> None:
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """Everything that solving needs, for rest or for motion. Raises Fault."""
-    if any(material.branches for material in case.materials):
-        from softmark.interpreter.models.fem import ageing
-
-        return ageing.prepare(model, declared, case, workshop)
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return levered(static, workshop, disturbance_of(case))

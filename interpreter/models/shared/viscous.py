@@ -13,7 +13,6 @@ from softmark.solvers.materials.viscous import Viscous
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
-    from softmark.interpreter.models.shared.model import Model
     from softmark.interpreter.problem.case import Case
 
 TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
@@ -23,7 +22,7 @@ COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
 PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "start": None, "cap": None}
 
 
-def refusals(model: Model, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Errors of a model of a body that relaxes, and a warning where steps are too long to show it."""
     bad = [_unsound(material) for material in case.materials if isinstance(material, Viscous)]
     if problem := next(filter(None, bad), None):
@@ -82,6 +81,8 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
 
 def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
     """A law that has no such part, and a measure of strain in which none is known."""
+    from softmark.solvers.materials.relaxing import part_of
+
     if model.strain == "corotational":
         yield diagnostic("E362", declared.at("strain"), f"`{declared.name}` turns with its cells, and stress that"
                          " relaxes would have to",
@@ -90,7 +91,7 @@ def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> It
         yield diagnostic("E362", declared.at("formulation"), f"all stress of `{case.body.name}` relaxes, and the"
                          f" pressures of `{declared.name}` do not", "not with `of = whole`",
                          "leave `of` out: the stress of shape relaxes")  # fmt: skip
-    elif model.strain == "finite" and material.law.finite_law() is not None and material.relaxing("finite") is None:
+    elif model.strain == "finite" and material.law.finite_law() is not None and part_of(material, "finite") is None:
         yield diagnostic("E362", case.body.at("material"), f"the law of `{case.body.name}` has no stress of shape"
                          " alone",
                          "needs one that comes apart", "use `neo_hookean_isochoric(...)`, or `of = whole`")  # fmt: skip
