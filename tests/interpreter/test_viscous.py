@@ -9,11 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.grammar.diagnostic import Source
-from softmark.interpreter.front.load import checked
+import softmark
 from softmark.interpreter.results.report import Report
-from softmark.interpreter.run.options import Options, Sound
-from softmark.interpreter.run.pipeline import report_of
 from softmark.solvers.energies.remembering import Memory
 
 GEL = """
@@ -37,9 +34,7 @@ TIMED = "analysis hold = quasistatic(duration = 4 s, step = 0.25 s, times = [1, 
 
 def report(text: str) -> Report:
     """The report of a scene."""
-    scene, found = checked(Source("scene", text), Path(), None)
-    assert scene is not None, found
-    return report_of(Sound(scene, found), Options())
+    return softmark.loads(text).run()
 
 
 def test_an_elastic_body_is_at_every_time_where_its_course_has_brought_it() -> None:
@@ -73,6 +68,28 @@ def test_the_watchdog_finds_a_memory_that_forgets_wrongly(monkeypatch: pytest.Mo
     own = report(GEL + BAR + TIMED).models["cubes"]
     assert own.status == "failed"
     assert "other formulas" in own.message
+
+
+def test_a_curve_over_time_is_held_against_a_measured_one(tmp_path: Path) -> None:
+    """A table of 60 mN (1 + exp(-t / s)) / 2, which the force of a bar of one term is."""
+    t = np.linspace(0.2, 4.0, 200)
+    rows = "\n".join(f"{a:.12g},{30.0 * (1.0 + np.exp(-a)):.12g}" for a in t)
+    (tmp_path / "rig.csv").write_text(f"t,f\n{rows}\n")
+    text = """
+material gel   = viscous(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.5], tau = [1] s,
+    of = whole)
+body     bar   = solid(box(size = (20, 10, 10) mm), gel)
+support  left  = fixed(bar, where = x <= 0 mm)
+support  right = displaced(bar, where = x >= 20 mm, by = (0.2, 0, 0) mm)
+analysis hold  = quasistatic(duration = 4 s, step = 0.5 s)
+model    cubes = fem(hex8, strain = small, size = 5 mm)
+metric   pull  = force(right, along = +x)
+reference rig  = curve("rig.csv", x = "t", y = "f", x_unit = 1 s, y_unit = 1 mN, uncertainty = 1 %)
+metric   off   = curve_error(pull, against = rig)
+"""
+    (tmp_path / "bar.scene").write_text(text)
+    own = softmark.load(tmp_path / "bar.scene").run().models["cubes"]
+    assert own.metrics["off"].value < 2e-3  # chords of the 20 times
 
 
 def test_a_time_is_the_same_from_the_one_before_and_from_the_start() -> None:
