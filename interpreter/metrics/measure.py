@@ -126,7 +126,7 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
         if own.times is None or own.course is None or of.direction is None:
             raise Undefined("it has no history")
         return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
-    times = [view.case.analysis.now for view in views] if isinstance(views[-1].case.analysis, Quasistatic) else []
+    times = [a.now for view in views if isinstance(a := view.case.analysis, Quasistatic)]
     if thing.over is None and times:
         y = np.array([measured_by(of, seen_of(of, view, {})).value for view in views])
         return Course(np.array(times), y, ("s", key_of(of.unit)))

@@ -30,8 +30,9 @@ def second(law: Law, F: Array, small: bool) -> Array:
     P = law.P(F)
     if small:
         return P
-    S: Array = np.linalg.solve(F, P)
-    return 0.5 * (S + S.swapaxes(1, 2))
+    S: Any = np.linalg.solve(F, P)
+    found: Array = 0.5 * (S + S.swapaxes(1, 2))
+    return found
 
 
 def strain(F: Array, small: bool) -> Array:
