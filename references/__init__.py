@@ -7,6 +7,7 @@
     simo_reissner      large deflections with shear and stretch
     small_deflection   the closed form for small ones
     rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
+    frame_theory       a network of beams under small loads, by the stiffness method
     graded_bar         a bar whose constants vary along it, pulled along its axis
     prony              a bar whose stress relaxes, moved or pulled by any course
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
@@ -36,6 +37,7 @@ from __future__ import annotations
 from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
+from softmark.references.frame_theory import FrameTheory
 from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
 from softmark.references.kirsch import Kirsch
@@ -57,6 +59,7 @@ REFERENCES: dict[str, type] = {
     "goodier": Goodier,
     "kirsch": Kirsch,
     "rucker_webster": RuckerWebster,
+    "frame_theory": FrameTheory,
     "graded_bar": GradedBar,
     "prony": Prony,
     "self_converged": SelfConverged,

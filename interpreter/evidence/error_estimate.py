@@ -174,7 +174,6 @@ class Stated(Answer):
             raise Unknown(f"the step is too long to say: another one is {100 * apart / seen.size:.2g} % away")
         return STEP * apart * (2.0 if finer else 1.0)
 
-
     def _steps(self, seen: ProbeAnswer) -> float:
         """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""
         analysis: Any = self.case.analysis

@@ -103,6 +103,6 @@ def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: B
         result = equilibrium(replace(static.problem, start=state, watch=budget.check))
     except NotConverged as error:
         raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
-    pressures = static.unknowns.pressed(static.problem.assembly.internal, static.pieces, result.x)
+    pressures = static.unknowns.pressed(static.solid, static.pieces, result.x)
     mesh = Deformed(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3), pressures=pressures)
     return remembered(declared.thing, case, mesh)

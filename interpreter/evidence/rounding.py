@@ -13,7 +13,6 @@ from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
-from softmark.solvers.mesh.shape import Swept
 
 EPS = float(np.finfo(np.float64).eps)
 USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
@@ -46,17 +45,17 @@ def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
     """Those of the mesh; without one those that are looked at, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
-    if len(seen.X) or not (isinstance(case.shape, Swept) or case.shape.wired):
+    if len(seen.X) or not (case.shape.swept or case.shape.wired):
         return seen.X
-    if isinstance(case.shape, Swept):
-        return np.array([case.shape.centre(0.0), case.shape.centre(case.shape.length)])
+    if (along := case.shape.swept) is not None:
+        return np.array([along.centre(0.0), along.centre(along.length)])
     return np.array(case.shape.bounds)
 
 
 def _extent(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> float:
     """Of the body, m."""
     bounds = np.ptp(_points(case, mesh, seen), axis=0).max()
-    return float(bounds) or (case.shape.length if isinstance(case.shape, Swept) else 0.0) or 1.0
+    return float(bounds) or (along.length if (along := case.shape.swept) is not None else 0.0) or 1.0
 
 
 def _reach(case: Case, mesh: Moved | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:

@@ -186,7 +186,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
-    loose = {case.body.name: case for case in cases if not case.named_supports}
+    loose = {case.body.name: case for case in cases if not case.named_supports and not case.beds}
     for case in loose.values():
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
@@ -261,7 +261,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
             continue
-        if case.shape.wired:
+        if case.shape.wired and not reference.thing.wired:
             yield from _wired(reference, case)
             continue
         loose = not case.supports and _blamed(case.body, found)

@@ -31,6 +31,9 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    for bed in case.beds:
+        problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
+        raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 
@@ -63,6 +66,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem import relaxing_theory
 
             return relaxing_theory.bar_of(case)
+        case "frame":
+            from softmark.interpreter.problem.frame_problem import frame_of
+
+            return frame_of(case)
         case "bar":
             from softmark.interpreter.problem.bar_theory import bar_of
 
@@ -72,7 +79,8 @@ def _problem(reference: Declared, case: Case) -> Any:
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
-    found: Theory = reference.thing.solve(problem_of(reference, case))
+    problem = problem_of(reference, case)
+    found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
     return found
 
 

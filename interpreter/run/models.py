@@ -100,7 +100,7 @@ def solve(work: Work, name: str) -> None:
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
-                                    stress=solution.stress if asks(work.scene) else None,
+                                    stress=solution.stress if solution.mesh and asks(work.scene) else None,
                                     constants=of_cells(case, solution.mesh))  # fmt: skip
 
 

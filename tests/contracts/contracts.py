@@ -92,6 +92,7 @@ SUPPORTED = {
     "turned": "turned(bar, where = x >= 40 mm, axis = +x, angle = 10 deg)",
     "symmetric": "symmetric(bar, where = y <= -10 mm)",
     "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
+    "bedded": "bedded(bar, where = z <= 0 mm, stiffness = 1 kPa/mm)",
     "hinged": "hinged(bar, where = x >= 40 mm, by = (0, 0, 1) mm, components = z)",
 }
 ANALYSED = {

@@ -188,7 +188,7 @@ class PreparedAged(OnMesh):
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | mesh_facts(static.mesh) | {"energies_in_time": energies}
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
-        pressures = static.unknowns.pressed(static.problem.assembly.internal, static.pieces, state.x)
+        pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
         moved = Remembered(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
         ring = vibrations.none("what remembers has no stiffness that frequencies follow from")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
@@ -204,7 +204,8 @@ class PreparedAged(OnMesh):
             raise ValueError("nothing was solved")
         found = carried.on_mesh(self.mesh, state.x, u, state.problem.assembly, self.applied, small, True,
                                 self.static.axial)  # fmt: skip
-        return replace(found, energy=stored, dissipated=state.dissipated)
+        found = replace(found, energy=stored, dissipated=state.dissipated)
+        return carried.bedded(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
         """A warning where dissipated energy has come back."""
@@ -279,9 +280,9 @@ def _movers(case: Case, mesh: Mesh, workshop: Workshop, fixed: Any) -> tuple[tup
 
 
 def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
-    """The energy of each piece, with a memory where its material relaxes."""
+    """The energy of each piece, with a memory where its material relaxes, and those of beds."""
     found: list[Remembers] = []
-    for own, energy in zip(static.pieces, static.problem.assembly.internal, strict=True):
+    for own, energy in zip(static.pieces, static.solid, strict=True):
         material = own.case.material
         if not material.branches:
             found.append(energy)
@@ -290,4 +291,4 @@ def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
         if model.formulation == "displacement":
             plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
         found.append(Memory.at_rest(plain, series_of(material, model.strain)))
-    return tuple(found)
+    return (*found, *static.beds.values())

@@ -78,6 +78,7 @@ class Fem(Model):
     recovers = True
     graded = True
     composite = True
+    bedded = True
     finely = ("size",)
 
     element: Annotated[
