@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
-from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.remembering import Memory
+
+
+class Acting(Protocol):
+    """Forces: internal energies of a step, and those `now`, at its start."""
+
+    internal: tuple[Energy, ...]
+    now: tuple[Energy, ...] | None
 
 
 class Remembering:
@@ -20,18 +27,18 @@ class Remembering:
         self._first = self._parts = self._next = tuple(parts)
         self.share = 0.5 if between else 1.0
 
-    def reset(self, forces: Forces) -> None:
+    def reset(self, forces: Acting) -> None:
         """As of a body that has always been at rest."""
         self._parts = self._next = self._first
         forces.now = forces.internal = self._over(0.0)
 
-    def begin(self, forces: Forces, h: float) -> None:
+    def begin(self, forces: Acting, h: float) -> None:
         """Before a step of h s is tried."""
         self._next = self._parts
         forces.now = self._over(0.0)
         forces.internal = self._over(self.share * h)
 
-    def tried(self, forces: Forces, x: Floats, h: float) -> None:
+    def tried(self, forces: Acting, x: Floats, h: float) -> None:
         """After it has led to the state x."""
         self._next = tuple(p.accepted(x, h) if isinstance(p, Memory) else p for p in self._parts)
         forces.internal = self._over(0.0)
