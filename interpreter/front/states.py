@@ -91,8 +91,8 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     for analysis in scene.of_kind("analysis").values():
         given = analysis.value("times" if _timed(scene) else "states")
         if given is not None and not given.values:
-            field = "times" if _timed(scene) else "states"
-            yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without one",
+            field, one = ("times", "time") if _timed(scene) else ("states", "state")
+            yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
                              "an empty list", f"give it some: {SOME}; or leave `{field}` out")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))
