@@ -20,9 +20,10 @@ else:
 class Dissipation(OfForces):
     """Energy that a body has dissipated since the start of a quasistatic analysis, by stress that relaxes.
 
-    It never falls; `solve.energies_in_time` of the report has it beside the work of internal forces and what is stored,
-    of which it is the difference but for the error of the step. Nothing of an elastic body. Against another model or a
-    theory it is the difference relative to that one's.
+    `solve.energies_in_time` of the report has it beside the work of internal forces and what is stored, of which it is
+    the difference but for the error of the step. In small strain it never falls; in finite strain, where that is not
+    certain (`viscous` says why), `W368` says so. Nothing of an elastic body. Against another model or a theory it is
+    the difference relative to that one's.
     """
 
     body: Annotated[str, "body", "the body"]
