@@ -38,14 +38,14 @@ def bar_of(case: Case) -> RelaxingBar:
     root, axis = seen_from(shape, held)
     force = driving.kind == "load"
     g, tau = zip(*material.branches, strict=True)
-    now = analysis.duration if analysis.now is None else analysis.now
+    now = analysis.now
     sign = dot(amount, axis)
     if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
         raise Refused(f"`{driving.name}` does not act along the axis", REMEDY)
     course = _full(driving).course
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _still(case, root), material.young, material.poisson, g, tau,
-                       force, sign * (area if force else 1.0), _driven(course, now), float(now))  # fmt: skip
+                       force, sign * (area if force else 1.0), _driven(course, now), now)  # fmt: skip
 
 
 def _full(declared: Declared) -> Any:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal, Self
+from dataclasses import fields, replace
+from typing import Annotated, ClassVar, Literal, Self
 
 from softmark.interpreter.language.expressions import VectorValue
 from softmark.interpreter.results.states import Moment
@@ -103,20 +103,45 @@ class Quasistatic:
     )
     tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force"] = 1e-8
     max_iterations: Annotated[int, "1 in [1, 1000]", "Newton iterations for each load step"] = 50
-    now: Any = None  # of the analysis at one of its times, that time, s; no field of the language
 
     @property
-    def situations(self) -> tuple[float, ...] | None:
-        """The times at which everything is measured, None at one of them."""
-        if self.now is not None:
-            return None
+    def now(self) -> float:
+        """The time at which it is looked at, s: its end, but for the analysis at one of its times."""
+        return self.duration
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """The times at which everything is measured, s."""
         if self.times is not None:
             return tuple(map(Moment, self.times.values))
         return tuple(Moment(self.duration * (i + 1) / USUAL) for i in range(USUAL))
 
-    def in_state(self, number: int, value: float) -> Self:
+    @property
+    def situations(self) -> tuple[float, ...] | None:
+        """The same, each a state; None at one of them."""
+        return self.moments
+
+    def in_state(self, number: int, value: float) -> Quasistatic:
         """The analysis at one of its times."""
-        return replace(self, now=float(value))
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        return AtTime(**own, at=float(value))
+
+
+@dataclass(frozen=True)
+class AtTime(Quasistatic):
+    """A quasistatic analysis at one of its times, `at`, s: no word of the language."""
+
+    at: float = 0.0
+
+    @property
+    def now(self) -> float:
+        """That time, s."""
+        return self.at
+
+    @property
+    def situations(self) -> None:
+        """It has no states any more."""
+        return
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ class PreparedAged(OnMesh):
 
     @property
     def _now(self) -> float:
-        return float(self.analysis.now if self.analysis.now is not None else self.analysis.duration)
+        return self.analysis.now
 
     def after(self, before: Moved) -> PreparedAged:
         """The same, to go on from the time before."""
@@ -138,7 +138,7 @@ class PreparedAged(OnMesh):
         """The ends of steps, and whether it is just before a jump: the start, every step, every time, every break."""
         analysis, near = self.analysis, SAME * self.analysis.step
         times = {analysis.step * i for i in range(int(np.ceil(analysis.duration / analysis.step * (1.0 - SAME))))}
-        times |= {analysis.duration, *map(float, replace(analysis, now=None).situations or ())}
+        times |= {analysis.duration, *map(float, analysis.moments)}
         courses = {*self.courses, *(course for course, _ in self.movers)}
         jumps = {t for c in courses if isinstance(c, Pulse) for t in (c.start, c.until)}
         times |= jumps | {t for c in courses if isinstance(c, Ramp | Smooth) for t in (c.start, c.start + c.over)}
