@@ -105,6 +105,11 @@ class Carried:
         """The diagonal of the same, m."""
         return float(np.linalg.norm(np.ptp(self.x, axis=0)))
 
+    @cached_property
+    def largest(self) -> float:
+        """The largest load, N: the sizes of its forces at nodes, for a pressure all around comes to no force."""
+        return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
+
 
 @dataclass(frozen=True)
 class Holder:
