@@ -19,6 +19,7 @@ from softmark.interpreter.language.region_names import KIND, regions_of
 from softmark.interpreter.language.scene import Location
 from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.sources import Module
+from softmark.ranges import Unfit
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -62,10 +63,37 @@ class Binder:
             except Bad:
                 broken = True
         broken |= self._missing(constructor, bound, node)
+        broken |= self._either(constructor, bound, node)
         if broken:
             raise Bad
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
-        return constructor, constructor.cls(**values), places
+        return constructor, self._made(constructor, values, bound, node), places
+
+    def _made(self, constructor: Constructor, values: dict[str, Any], bound: dict[str, Bound], node: tree.Call) -> Any:
+        """The object. Raises Bad where its values do not go together."""
+        try:
+            return constructor.cls(**values)
+        except Unfit as wrong:
+            value, place = bound.get(wrong.field, (node.function, self.place))
+            raise place.fail("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
+
+    def _either(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
+        """Report fields of which one is to be given, and none is or more."""
+        broken = False
+        for names in getattr(constructor.cls, "either", ()):
+            given = [name for name in names if name in bound]
+            told = " or ".join(f"`{name}`" for name in names)
+            if not given:
+                fields = [f for name in names if (f := constructor.field(name)) is not None]
+                problem, short = f"`{constructor.name}` needs {told}", "incomplete"
+                meanings = "; ".join(f.meaning + self._unit_hint(f) for f in fields)
+                self.place.fail("E351", node.function.span, problem, short, meanings)
+            elif len(given) > 1:
+                value, place = bound[given[-1]]
+                problem = f"`{constructor.name}` takes {told}, not both"
+                place.fail("E351", value.span, problem, "one follows from the other", f"leave out `{given[-1]}`")
+            broken |= len(given) != 1
+        return broken
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text

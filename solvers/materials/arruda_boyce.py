@@ -18,8 +18,8 @@ class ArrudaBoyce(OfBarInvariants):
     """Arruda and Boyce's rubber: a network of eight chains in a cube, the first five terms of its series.
 
     psi = m sum_n C_n / limit^(2n - 2) (I^n - 3^n) + K/2 g(J)^2, I = J^(-2/3) tr F^T F and C = 1/2, 1/20, 11/1050,
-    19/7000, 519/673750. Chains are straight at I = 3 limit^2, where the series, unlike the chain, still gives way: it is
-    near the chain to two thirds of it. The shear modulus at rest is a little above m, by 3/(5 limit^2) and smaller terms.
+    19/7000, 519/673750. Chains are straight at I = 3 limit^2, where the series, unlike the chain, still gives way. The
+    shear modulus at rest is a little above m, by 3/(5 limit^2) of it and smaller terms.
     Source: Arruda and Boyce (1993), "A three-dimensional constitutive model for the large stretch behavior of rubber
     elastic materials", J. Mech. Phys. Solids 41:389.
     """

@@ -20,8 +20,8 @@ class Fung(OfBarInvariants):
     """Soft tissue that turns stiff exponentially, without a direction of its own (Fung and Demiray).
 
     psi = mu/(2 b) (exp(b i) - 1) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3
-    Source: Demiray (1972), "A note on the elasticity of soft biological tissues", J. Biomech. 5:309; Fung (1967), Am. J.
-    Physiol. 213:1532.
+    Source: Demiray (1972), "A note on the elasticity of soft biological tissues", J. Biomech. 5:309; Fung (1967),
+    Am. J. Physiol. 213:1532.
     """
 
     mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]

@@ -7,15 +7,15 @@ modulus and Poisson's ratio at rest, parts for selective integration and for pre
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from softmark.ranges import Unfit
 from softmark.records import dataclass
 from softmark.solvers.materials.constraints import LogarithmicVolume, OfVolume, ReciprocalVolume, VolumeRatio
 from softmark.solvers.materials.invariants import OfInvariants
-from softmark.solvers.materials.isotropic import Isotropic, within
+from softmark.solvers.materials.isotropic import Isotropic, is_array, within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,11 +40,13 @@ class Isochoric(Isotropic):
     place, one of the two. Young's modulus at rest follows from the constants.
     """
 
-    young: float = field(init=False, repr=False, compare=False, default=math.nan)
+    young: float = field(init=False, repr=False, compare=False)
     poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio at rest, or `bulk` in its place"] = field(
-        default=math.nan, kw_only=True
+        default=None,
+        kw_only=True,  # type: ignore[arg-type]  # a number once it is made
     )
-    bulk: Annotated[float | None, "Pa in (0, inf)", "bulk modulus, in place of `poisson`"] = field(
+    density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"] = field(kw_only=True)
+    bulk: Annotated[float | None, "Pa in (0, inf)", "bulk modulus at rest, in place of `poisson`"] = field(
         default=None, kw_only=True
     )
     volumetric: Annotated[
@@ -53,6 +55,8 @@ class Isochoric(Isotropic):
     ] = field(default="squared", kw_only=True)
     varying = ("density",)
     either = (("poisson", "bulk"),)  # of each of these fields a scene gives exactly one
+
+    powerless = ("", "the solid has no shear modulus at rest", "nothing resists", "constants must resist a small shear")
 
     @property
     @abstractmethod
@@ -64,8 +68,12 @@ class Isochoric(Isotropic):
         """The law with a bulk modulus in Pa."""
 
     def __post_init__(self) -> None:
-        """Young's modulus and Poisson's ratio follow from the constants. Where both are given, `bulk` holds."""
+        """Young's modulus follows, and where there is `bulk`, Poisson's ratio. Raises ValueError without either."""
         mu, nu = self.rest_shear, self.poisson
+        if nu is None and self.bulk is None:
+            raise ValueError(f"{type(self).__name__} needs `poisson` or `bulk`")
+        if not np.all(mu > 0.0) if is_array(mu) else not mu > 0.0:
+            raise Unfit(*self.powerless)
         if self.bulk is not None:
             nu = (3.0 * self.bulk - 2.0 * mu) / (6.0 * self.bulk + 2.0 * mu)
             object.__setattr__(self, "poisson", nu)

@@ -22,8 +22,8 @@ class Yeoh(OfBarInvariants):
     """
 
     c1: Annotated[float, "Pa in (0, inf)", "constant of the first power; the shear modulus is 2 c1"]
-    c2: Annotated[float, "Pa in (-inf, inf)", "constant of the second power"] = 0.0
-    c3: Annotated[float, "Pa in (-inf, inf)", "constant of the third power"] = 0.0
+    c2: Annotated[float, "Pa", "constant of the second power"] = 0.0
+    c3: Annotated[float, "Pa", "constant of the third power"] = 0.0
     second = False
 
     @property

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from equal_moduli import made
 from inf_sup import inf_sup
 from octant import octant
 from scipy import sparse
@@ -34,7 +35,7 @@ FINITE = ("neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff")
 
 def material(name: str, poisson: float, young: float = 1.0) -> Any:
     """A material of density 1."""
-    return MATERIALS[name](young, poisson, 1.0)
+    return made(name, young, poisson)
 
 
 def formed(mesh: Mesh, form: str, what: Any, strain: str) -> Energy:
