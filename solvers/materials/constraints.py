@@ -155,6 +155,14 @@ class VolumeRatio(OfVolume):
         """J - 1, 1 and 0."""
         return j, np.ones_like(j), None
 
+    def _gradient(self, f: Array) -> Array:
+        """cof F, without J."""
+        return cofactor(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p d(cof F)/dF."""
+        add_cross(H, p * f)
+
 
 class LogarithmicVolume(OfVolume):
     """g = ln J, for J > 0."""
