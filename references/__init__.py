@@ -9,6 +9,7 @@
     rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
     graded_bar         a bar whose constants vary along it, pulled along its axis
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
+    inflation          a ball of rubber that is blown up; `rubber` has the laws of both
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
@@ -37,6 +38,7 @@ from softmark.references.curve import CurveFromFile
 from softmark.references.elastica import Elastica
 from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
+from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
 from softmark.references.markers import TrackedPoints
 from softmark.references.rucker_webster import RuckerWebster
@@ -52,6 +54,7 @@ REFERENCES: dict[str, type] = {
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
+    "inflation": Inflation,
     "goodier": Goodier,
     "kirsch": Kirsch,
     "rucker_webster": RuckerWebster,
