@@ -68,7 +68,7 @@ class BlownBall:
 
     @cached_property
     def _rule(self) -> tuple[Array, Array]:
-        return np.polynomial.legendre.leggauss(POINTS)  # type: ignore[no-any-return, no-untyped-call]
+        return np.polynomial.legendre.leggauss(POINTS)
 
     def _one(self, e: float) -> float:
         return float(self.at(np.array([e]))[0])

@@ -80,19 +80,21 @@ class Rubber:
 
     def energy(self, e: Array) -> Array:
         """W, J/m^3 (n,)."""
-        c, (i, k) = dict(self.constants), _invariants(e)
+        c = dict(self.constants)
         if self.law == "ogden":
-            return sum(m / a * np.expm1(a * e).sum(axis=0) for m, a in zip(c["mu"], c["alpha"], strict=True))  # type: ignore[return-value]
-        found: Array = LAWS[self.law][0](c, i, k)
+            found: Array = sum(m / a * np.expm1(a * e).sum(axis=0) for m, a in zip(c["mu"], c["alpha"], strict=True))
+        else:
+            found = LAWS[self.law][0](c, *_invariants(e))
         return found
 
     def tensions(self, e: Array) -> Array:
         """dW/de, the principal stresses but for one pressure, Pa (3, n), 0 at rest; NaN beyond the law's domain."""
-        c, (i, k) = dict(self.constants), _invariants(e)
+        c = dict(self.constants)
         if self.law == "ogden":
-            return sum(m * np.expm1(a * e) for m, a in zip(c["mu"], c["alpha"], strict=True))  # type: ignore[return-value]
-        first, second = LAWS[self.law][1](c, i, k)
-        found: Array = 2.0 * first * np.expm1(2.0 * e) - 2.0 * second * np.expm1(-2.0 * e)
+            found: Array = sum(m * np.expm1(a * e) for m, a in zip(c["mu"], c["alpha"], strict=True))
+        else:
+            first, second = LAWS[self.law][1](c, *_invariants(e))
+            found = 2.0 * first * np.expm1(2.0 * e) - 2.0 * second * np.expm1(-2.0 * e)
         return found
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
-from softmark.interpreter.language import aliases, forms, schema, units
+from softmark.interpreter.language import aliases, forms, schema, together, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
@@ -19,7 +19,6 @@ from softmark.interpreter.language.region_names import KIND, regions_of
 from softmark.interpreter.language.scene import Location
 from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.sources import Module
-from softmark.ranges import Unfit
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -63,37 +62,11 @@ class Binder:
             except Bad:
                 broken = True
         broken |= self._missing(constructor, bound, node)
-        broken |= self._either(constructor, bound, node)
+        broken |= together.either(self, constructor, bound, node)
         if broken:
             raise Bad
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
-        return constructor, self._made(constructor, values, bound, node), places
-
-    def _made(self, constructor: Constructor, values: dict[str, Any], bound: dict[str, Bound], node: tree.Call) -> Any:
-        """The object. Raises Bad where its values do not go together."""
-        try:
-            return constructor.cls(**values)
-        except Unfit as wrong:
-            value, place = bound.get(wrong.field, (node.function, self.place))
-            raise place.fail("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
-
-    def _either(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
-        """Report fields of which one is to be given, and none is or more."""
-        broken = False
-        for names in getattr(constructor.cls, "either", ()):
-            given = [name for name in names if name in bound]
-            told = " or ".join(f"`{name}`" for name in names)
-            if not given:
-                fields = [f for name in names if (f := constructor.field(name)) is not None]
-                problem, short = f"`{constructor.name}` needs {told}", "incomplete"
-                meanings = "; ".join(f.meaning + self._unit_hint(f) for f in fields)
-                self.place.fail("E351", node.function.span, problem, short, meanings)
-            elif len(given) > 1:
-                value, place = bound[given[-1]]
-                problem = f"`{constructor.name}` takes {told}, not both"
-                place.fail("E351", value.span, problem, "one follows from the other", f"leave out `{given[-1]}`")
-            broken |= len(given) != 1
-        return broken
+        return constructor, together.made(self, constructor, values, bound, node), places
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text
@@ -224,7 +197,7 @@ class Binder:
         if len(unexplained) <= meant.count(None):
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
-        meanings = "; ".join(f.meaning + self._unit_hint(f) for f in unexplained)
+        meanings = "; ".join(f.meaning + self.unit_hint(f) for f in unexplained)
         self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
         return True
 
@@ -236,7 +209,7 @@ class Binder:
         return meant if meant in names else nearest(name, names)
 
     @staticmethod
-    def _unit_hint(field: Field) -> str:
+    def unit_hint(field: Field) -> str:
         if field.form in ("quantity", "vector") and field.dimension not in (None, units.NONE):
             return f", in {units.usual(field.dimension or units.NONE)}"
         return ""

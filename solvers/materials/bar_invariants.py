@@ -79,7 +79,7 @@ class BarInvariantLaw(Hyperelastic):
         J = 1.0 + j
         a, s = 2.0 * first * J ** (-2.0 / 3.0), self.modulus * resisting(self.constraint, j)[0]
         s = s - 2.0 * first * (1.0 + i / 3.0) / J
-        P = a * f
+        P: Array = a * f
         if second is not None:
             P += (2.0 * second * J ** (-4.0 / 3.0)) * _second(f)
             s = s - 4.0 * second * (1.0 + k / 3.0) / J

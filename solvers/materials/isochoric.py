@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+LATER: Any = None  # a number once the object is made
 VOLUMETRIC: dict[str, type[OfVolume]] = {
     "squared": VolumeRatio,
     "logarithmic": LogarithmicVolume,
@@ -42,8 +43,7 @@ class Isochoric(Isotropic):
 
     young: float = field(init=False, repr=False, compare=False)
     poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio at rest, or `bulk` in its place"] = field(
-        default=None,
-        kw_only=True,  # type: ignore[arg-type]  # a number once it is made
+        default=LATER, kw_only=True
     )
     density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"] = field(kw_only=True)
     bulk: Annotated[float | None, "Pa in (0, inf)", "bulk modulus at rest, in place of `poisson`"] = field(
@@ -53,7 +53,7 @@ class Isochoric(Isotropic):
         Literal["squared", "logarithmic", "reciprocal"],
         "energy of a change of volume: K/2 g^2 with g = J - 1, ln J or (J - 1/J)/2",
     ] = field(default="squared", kw_only=True)
-    varying = ("density",)
+    varying = ("density",)  # type: ignore[assignment]
     either = (("poisson", "bulk"),)  # of each of these fields a scene gives exactly one
 
     powerless = ("", "the solid has no shear modulus at rest", "nothing resists", "constants must resist a small shear")

@@ -82,7 +82,8 @@ def test_past_its_limit_an_ogden_ball_is_found_where_the_pressure_rises_again() 
 
     def pressure(t: float) -> float:
         def slope(s: float) -> float:
-            return sum(2.0 * m * (s ** (a - 1.0) - s ** (-2.0 * a - 1.0)) for m, a in zip(mu, alpha, strict=True))
+            each = (2.0 * m * (s ** (a - 1.0) - s ** (-2.0 * a - 1.0)) for m, a in zip(mu, alpha, strict=True))
+            return float(sum(each))
 
         outer = (1.0 + (t**3 - 1.0) / 1.2**3) ** (1.0 / 3.0)
         return float(quad(lambda s: slope(s) / (s**3 - 1.0), outer, t, epsabs=0.0, epsrel=1e-12)[0])
