@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Second
 from softmark.grammar.suggest import nearest
-from softmark.interpreter.language import aliases, forms, schema, together, units
+from softmark.interpreter.language import aliases, forms, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
@@ -62,11 +62,11 @@ class Binder:
             except Bad:
                 broken = True
         broken |= self._missing(constructor, bound, node)
-        broken |= together.either(self, constructor, bound, node)
+        broken |= forms.either(self, constructor, bound, node)
         if broken:
             raise Bad
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
-        return constructor, together.made(self, constructor, values, bound, node), places
+        return constructor, forms.made(self, constructor, values, bound, node), places
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text
