@@ -2,8 +2,9 @@
 
 A material is what a scene names: constants with units. A law is psi, P and dPdF over a batch of deformation
 gradients (law.py); `law_for` makes one from a material and the strain that a model measures. To add a
-material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), and one line
-in MATERIALS. Its constants may be arrays, one for each of the points that its law is asked at: no `if` on them.
+material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), or with constants
+of its own on `OfBarInvariants` or `OfStretches` (isochoric.py), and one line in MATERIALS. Its constants may be arrays,
+one for each of the points that its law is asked at: no `if` on them.
 """
 
 from __future__ import annotations
