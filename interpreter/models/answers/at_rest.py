@@ -15,7 +15,7 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
     if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
         return AtRest(reason=why)
     carried = solution.carried()
-    held = reactions(carried, holders(case, prepared.mesh, declared.thing))
+    held = reactions(carried, carried.holders or holders(case, prepared.mesh, declared.thing))
     return AtRest(held, carried.work, carried.energy)
 
 

@@ -75,6 +75,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    holders: tuple[Holder, ...] = ()  # of a model that has its own: what supports hold
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""
