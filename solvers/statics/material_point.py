@@ -19,13 +19,14 @@ from softmark.solvers.materials.law import Law
 
 Floats = NDArray[np.float64]
 AXES = (0, 4, 8)  # the entries aa of nine
-LEAST, MOST = 0.5, 2.0  # by which factor a free stretch changes at most in one iteration
+FARTHEST = 0.7  # by how much the logarithm of a free stretch changes at most in one iteration
 STILL = 1e-14  # of a stretch: a smaller change is none
 ROUNDING = 64.0 * 2.0**-52  # of the stiffness at rest: a stress below is none
 SETTLED = 1e-9  # of the stiffness at rest: where no step lowers it, what is left of a stress may be rounding
 HALVINGS = 40  # of a step that does not lower what is left
 SHORTEST = 1e-3  # of the way from rest: a part below is not tried again
 BISECTIONS = 30  # of the way from rest, to where a state is first unstable
+NOTHING = 1e-6  # of a volume: what is left of less is flat, and some laws have no stress across that
 FLAT = 1e-9  # of the stiffness at rest: what resists less gives way
 
 
@@ -134,7 +135,9 @@ class MaterialPoint:
         if found is None:
             return None
         told = self._told(drive, found)
-        sound = bool(np.isfinite(told.psi)) and (self.linear or told.held > 0.0)
+        if self.linear:
+            return told
+        sound = np.isfinite(told.psi) and told.held > 0.0 and np.linalg.det(told.F) > NOTHING
         return told if sound else None
 
     def _newton(self, drive: Drive, start: tuple[Floats, float], most: int) -> tuple[Floats, float, int] | None:
@@ -155,7 +158,7 @@ class MaterialPoint:
                     settled = np.abs(left).max() <= SETTLED * self._stiff
                     return (t, p, number) if settled else None
                 t, p, left = moved
-                short = np.abs(step[: len(free)]).max() <= STILL * np.abs(t[free]).min()
+                short = np.abs(step[: len(free)]).max() <= STILL
                 if short or np.abs(left).max() <= ROUNDING * self._stiff:
                     return t, p, number + 1
         return None
@@ -169,9 +172,10 @@ class MaterialPoint:
         part, size = 1.0, float(np.linalg.norm(left))
         for _ in range(HALVINGS):
             now = t.copy()
-            now[free] += part * step[: len(free)]
-            if not self.linear:
-                now[free] = np.clip(now[free], LEAST * t[free], MOST * t[free])
+            if self.linear:
+                now[free] += part * step[: len(free)]
+            else:
+                now[free] *= np.exp(np.clip(part * step[: len(free)], -FARTHEST, FARTHEST))
             pressure = p if self.constraint is None else p + part * float(step[-1])
             then = self._left(drive, now, pressure, free)
             if np.all(np.isfinite(then)) and np.linalg.norm(then) < size:
@@ -189,24 +193,34 @@ class MaterialPoint:
         return t, -float(self.law.P(F)[0, c, c] / self.constraint.gradient(F)[0, c, c]), 0
 
     def _left(self, drive: Drive, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
-        """What is left of stress on free axes, Pa, and of the constraint, times the stiffness at rest."""
-        F = drive.F(t)
-        left: Floats = self.law.P(F)[0].ravel()[[AXES[a] for a in free]] - drive.stresses[free]
+        """What is left of Kirchhoff's stress on free axes, Pa, and of the constraint, times the stiffness at rest.
+
+        By logarithms of stretches, in which a change of volume is linear; of small strains the nominal stress.
+        """
+        left = self._unbalanced(drive, t, p)[free]
+        left = left if self.linear else t[free] * left
         if self.constraint is None:
             return left
-        g = self.constraint.gradient(F)[0].diagonal()[free]
-        return np.append(left + p * g, self._stiff * self.constraint.value(F))
+        return np.append(left, self._stiff * self.constraint.value(drive.F(t)))
 
     def _slope(self, drive: Drive, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
-        """Its derivative by free stretches and the pressure."""
-        F = drive.F(t)
-        H = self._hessian(F, p)[np.ix_(free, free)]
+        """Its derivative by logarithms of free stretches, of small strains by these, and by the pressure."""
+        F, own = drive.F(t), np.ones(len(free)) if self.linear else t[free]
+        H = own[:, None] * self._hessian(F, p)[np.ix_(free, free)] * own
+        if not self.linear:
+            H = H + np.diag(own * self._unbalanced(drive, t, p)[free])
         if self.constraint is None:
             return H
-        g = self.constraint.gradient(F)[0].diagonal()[free]
+        g = own * self.constraint.gradient(F)[0].diagonal()[free]
         found = np.zeros((len(free) + 1, len(free) + 1))
         found[:-1, :-1], found[:-1, -1], found[-1, :-1] = H, g, self._stiff * g
         return found
+
+    def _unbalanced(self, drive: Drive, t: Floats, p: float) -> Floats:
+        """The nominal stress along the axes less what acts there (3,), Pa."""
+        F = drive.F(t)
+        stress: Floats = self.law.P(F)[0].diagonal() - drive.stresses
+        return stress if self.constraint is None else stress + p * self.constraint.gradient(F)[0].diagonal()
 
     def _hessian(self, F: Floats, p: float) -> Floats:
         """The second derivative of the energy by the stretches along the axes (3, 3), Pa."""
