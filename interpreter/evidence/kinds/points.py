@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,6 @@ from softmark.solvers.mesh.shape import Prism
 
 SPAN = 1e-3  # of the least stretch: how far differences look
 WEIGHTS = {1: 0.75, 2: -0.15, 3: 1.0 / 60.0}  # of sixth order (Fornberg 1988)
-SURE = 1e-9  # of a pressure that is found from what its sides carry: of the constraint
 
 
 class Points(Voucher):
@@ -79,12 +78,12 @@ class Points(Voucher):
 
 def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
     """What stress and what loads do at the corners (8, 3), N; what is held; rounding, N; what a constraint lacks, N."""
-    thing, case = cast("Homogeneous", found.declared.thing), found.case
+    case = found.case
     F, X = _gradient(found), _corners(found)
     lengths = np.ptp(X, axis=0)
     out = np.sign(X - X.mean(axis=0))
     areas = _areas(found)
-    P, noise, off = stress(case.material, thing.strain, F, found)
+    P, noise, off = _stress(found, F)
     inside = 0.25 * (out * areas) @ P.T
     outside = np.zeros_like(inside)
     for load in case.loads:
@@ -99,12 +98,14 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, 
     return inside, outside, held, noise * float(areas.max()), off * float(areas.max())
 
 
-def stress(material: Any, strain: str, F: Floats, found: Found | None = None) -> tuple[Floats, float, float]:
+def _stress(found: Found, F: Floats) -> tuple[Floats, float, float]:
     """P (3, 3), Pa, by differences of the energy at F, its rounding, Pa, and what a constraint lacks, Pa.
 
     Of a solid that keeps its volume, the pressure is what leaves no stress on the sides that nothing holds. Raises
     Unchecked.
     """
+    material, thing = found.case.material, found.declared.thing
+    strain = thing.strain
     if not material.incompressible:
         P, noise = differences(law_for(material, strain).psi, F)
         return P, noise, 0.0
@@ -112,9 +113,10 @@ def stress(material: Any, strain: str, F: Floats, found: Found | None = None) ->
     assert split is not None
     P, noise = differences(split.shape.psi, F)
     g, _ = differences(split.constraint.value, F)
-    free = [a for a in range(3) if found is not None and not _kept(found, a)]
-    if not free:  # simple shear: the side beside its plane is free
-        free = [a for a in range(3) if not np.any(np.abs(np.delete(F[a], a)) + np.abs(np.delete(F[:, a], a)))][-1:]
+    made = driven(found.case, thing.state, found.declared)
+    free = [a for a in range(3) if made.stretches[a] is None]
+    if made.shear is not None:  # the side beside its plane is free
+        free = [3 - made.shear[0] - made.shear[1]]
     pull = np.array([_pull(found, a) for a in free])
     n, t = g.diagonal()[free], P.diagonal()[free] - pull
     p = -float(n @ t) / float(n @ n)
@@ -173,20 +175,8 @@ def _holds(found: Found, thing: Any) -> NDArray[np.bool_]:
     return mask
 
 
-def _kept(found: Found, axis: int) -> bool:
-    """Whether supports hold both faces of an axis along its normal."""
-    X, kept = _corners(found), [False, False]
-    for support in found.case.supports:
-        holds = _holds(found, support.thing)[:, axis]
-        for side, level in enumerate((X[:, axis].min(), X[:, axis].max())):
-            kept[side] |= bool(holds[X[:, axis] == level].all())
-    return all(kept) or (found.declared.thing.state == "simple_shear")
-
-
-def _pull(found: Found | None, axis: int) -> float:
+def _pull(found: Found, axis: int) -> float:
     """The nominal stress that loads leave on a free axis, Pa."""
-    if found is None:
-        return 0.0
     X, total = _corners(found), 0.0
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     for load in found.case.loads:
@@ -194,7 +184,7 @@ def _pull(found: Found | None, axis: int) -> float:
         for side, level in ((-1.0, X[:, axis].min()), (1.0, X[:, axis].max())):
             face = X[X[:, axis] == level]
             if all(where.holds(*x, extent) for x in face.tolist()):
-                total += side * traction[axis]
+                total += side * float(traction[axis])
     return total
 
 
