@@ -36,6 +36,7 @@ class Isotropic:
     volume_share = 1.0
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
+    polyconvex = False  # whether its energy is known to be: no state of it ever gives way (ellipticity.py)
 
     @property
     def shear_modulus(self) -> float:

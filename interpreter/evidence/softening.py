@@ -1,0 +1,97 @@
+"""Where a solid of finite strain was taken to states in which its law gives way: looked at after every answer.
+
+At every point of integration, by `solvers/materials/ellipticity.py`; of what is made of a law whose energy is
+polyconvex nothing is computed. Where cells keep their volume as a whole, points are taken to have that of their cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.evidence.kinds.voucher import Found
+    from softmark.interpreter.language.scene import Declared
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+
+LITTLE = 1e-4  # of the volume: less is not shown as a share
+
+
+def facts(found: Found) -> dict[str, Any]:
+    """Which share of the volume is not strongly elliptic, where it is strained most, and by what; nothing where none."""
+    mesh, of = found.solution.mesh, found.declared.thing.reduces
+    thing = found.declared.thing if of is None else found.scene.declared[of].thing
+    how = thing.stress_law
+    if mesh is None or isinstance(how, str) or how[0] != "finite" or all(map(_sound, found.case.materials)):
+        return {}
+    worst: tuple[float, Floats, Floats] | None = None
+    volume = left = 0.0
+    for case, which in alone(found.case, mesh):
+        X, F, w, lost = _looked_at(case, mesh, which, how[1])
+        volume += float(w.sum())
+        if lost is None or not lost.any():
+            continue
+        left += float(w[lost].sum())
+        s = np.linalg.svd(F[lost], compute_uv=False)
+        far = np.abs(np.log(np.maximum(s, 1e-300))).max(axis=1)
+        place = int(far.argmax())
+        if worst is None or far[place] > worst[0]:
+            worst = float(far[place]), X[lost][place], s[place]
+    if worst is None:
+        return {}
+    return {"gives_way": {"share": left / volume, "at_m": worst[1].tolist(), "stretches": worst[2].tolist()}}
+
+
+def _looked_at(case: Any, mesh: Any, which: Any, way: str) -> tuple[Floats, Floats, Floats, Any]:
+    """Points (k, 3), m, their F (k, 3, 3), volumes (k,), and where the law of some cells has lost its ellipticity."""
+    if _sound(case.material):
+        cells = mesh.mesh.volumes[which]
+        return np.zeros((0, 3)), np.zeros((0, 3, 3)), np.abs(cells), None
+    from softmark.solvers.materials import law_for, mixed_for
+    from softmark.solvers.materials.ellipticity import lost
+    from softmark.solvers.stresses.sampled import State
+
+    part: Mesh = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
+    u = np.asarray(mesh.displacement, dtype=np.float64)
+    state = State(part, case.material, "finite", u, way, plane=bool(case.planar), revolved=case.depth > 0.0)
+    if not case.uniform:
+        from softmark.interpreter.models.shared.graded import material_at
+
+        state = replace(state, at=material_at)
+    X, F, w, material = state.strained()
+    if kept := material.incompressible and not material.thin:
+        split = mixed_for(material, "finite")
+        law: Any = None if split is None else split.shape
+    else:
+        law = law_for(material, "finite")
+    return X, F, w, None if law is None else lost(law, F, kept)
+
+
+def _sound(material: Any) -> bool:
+    """Whether no state of a material gives way: known of its constants alone."""
+    return bool(getattr(material, "polyconvex", False))
+
+
+def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning where a law gives way."""
+    if (known := found.get("gives_way")) is None:
+        return
+    share = "less than 0.01 %" if known["share"] < LITTLE else f"{100.0 * known['share']:.3g} %"
+    stretches = ", ".join(f"{s:.3g}" for s in known["stretches"])
+    yield diagnostic(
+        "W366",
+        declared.at(),
+        f"the law of `{declared.name}` gives way in {share} of the volume, most at "
+        f"{units.show_all(known['at_m'], units.LENGTH)}, where its principal stretches are {stretches}",
+        "not strongly elliptic there",
+        "strain gathers in bands as thin as its cells, and what is found depends on them: use a law that holds there",
+    )
+
