@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.solvers.mesh.mesh import Floats, Mesh
 
+ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them is told
 LITTLE = 1e-4  # of the volume: less is not shown as a share
 
 
 def facts(found: Found) -> dict[str, Any]:
-    """Which share of the volume is not strongly elliptic, where it is strained most, and by what; nothing where none."""
+    """Which share of the volume is not strongly elliptic, where it is strained most, and by what; or nothing."""
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
     how = thing.stress_law
@@ -42,7 +43,7 @@ def facts(found: Found) -> dict[str, Any]:
         left += float(w[lost].sum())
         s = np.linalg.svd(F[lost], compute_uv=False)
         far = np.abs(np.log(np.maximum(s, 1e-300))).max(axis=1)
-        place = int(far.argmax())
+        place = int((far >= (1.0 - ALIKE) * far.max()).argmax())
         if worst is None or far[place] > worst[0]:
             worst = float(far[place]), X[lost][place], s[place]
     if worst is None:
@@ -94,4 +95,3 @@ def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
         "not strongly elliptic there",
         "strain gathers in bands as thin as its cells, and what is found depends on them: use a law that holds there",
     )
-

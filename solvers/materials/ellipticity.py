@@ -68,7 +68,7 @@ def lost(law: Any, F: Array, kept: bool = False) -> Bools | None:
 
 
 def _of_invariants(law: Any, F: Array, kept: bool) -> Bools:
-    """Of psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, in closed form where nothing couples the two."""
+    """Of psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, where nothing couples the two."""
     f = components(F)
     stretch, j = invariants(f)
     (a, _), (c, d) = law.slopes(stretch, j), law.curvatures(stretch, j)

@@ -23,7 +23,8 @@ FARTHEST = 0.7  # by how much the logarithm of a free stretch changes at most in
 STILL = 1e-14  # of a stretch: a smaller change is none
 ROUNDING = 64.0 * 2.0**-52  # of the stiffness at rest: a stress below is none
 SETTLED = 1e-9  # of the stiffness at rest: where no step lowers it, what is left of a stress may be rounding
-HALVINGS = 40  # of a step that does not lower what is left
+HALVINGS = 12  # of a step that does not lower what is left
+MOST = 20  # iterations for a part of the way
 SHORTEST = 1e-3  # of the way from rest: a part below is not tried again
 BISECTIONS = 30  # of the way from rest, to where a state is first unstable
 NOTHING = 1e-6  # of a volume: what is left of less is flat, and some laws have no stress across that
@@ -122,7 +123,7 @@ class MaterialPoint:
         start: tuple[Floats, float] = (np.ones(3), 0.0)
         while reached < 1.0:
             share = min(1.0, reached + step)
-            then = self._sound(part := drive.at(share), self._newton(part, start, iterations))
+            then = self._sound(part := drive.at(share), self._newton(part, start, min(iterations, MOST)))
             if then is not None:
                 reached, found, step = share, then, min(2.0 * step, 0.25)
                 start, total = (then.F.diagonal(), then.pressure), total + then.iterations
@@ -150,7 +151,7 @@ class MaterialPoint:
             left = self._left(drive, t, p, free)
             for number in range(most):
                 try:
-                    step = np.linalg.solve(self._slope(drive, t, p, free), -left)
+                    step: Floats = np.linalg.solve(self._slope(drive, t, p, free), -left).astype(np.float64)
                 except np.linalg.LinAlgError:
                     return None
                 moved = self._searched(drive, (t, p, left), free, step)

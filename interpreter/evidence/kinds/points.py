@@ -65,7 +65,9 @@ class Points(Voucher):
         if driven(answer.case, thing.state, answer.declared).let_go:
             raise Unknown("its supports hold a width that one material point lets go, and what that does is not known")
         if thing.state == "simple_shear":
-            raise Unknown("its sides are taken to be held as simple shear needs, and what they do otherwise is not known")
+            raise Unknown(
+                "its sides are taken to be held as simple shear needs, and what they do otherwise is not known"
+            )
         best = "corotational" if answer.own.material.finite_law() is None else "finite"
         if thing.strain == best:
             return 0.0
@@ -125,7 +127,7 @@ def _stress(found: Found, F: Floats) -> tuple[Floats, float, float]:
 
 
 def differences(psi: Any, F: Floats) -> tuple[Floats, float]:
-    """The derivative of an energy by F (3, 3) by central differences of sixth order, and its rounding. Raises Unchecked."""
+    """dpsi/dF (3, 3), Pa, by central differences of sixth order, and its rounding, Pa. Raises Unchecked."""
     h = SPAN * float(np.linalg.svd(F, compute_uv=False).min())
     steps = np.eye(9).reshape(9, 1, 3, 3) * np.array([k * h for k in WEIGHTS])[None, :, None, None]
     both = np.array([psi((F + sign * steps).reshape(-1, 3, 3)) for sign in (1.0, -1.0)]).reshape(2, 9, 3)

@@ -38,7 +38,7 @@ class Solids(Sized):
     """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
 
     def facts(self, found: Found) -> dict[str, Any]:
-        """Where its law gives way, and of a solid that cannot change its volume by how much a cell does, and the whole."""
+        """Where its law gives way; of a solid that keeps its volume, by how much a cell does not, and the whole."""
         return softening.facts(found) | self._volumes(found)
 
     def _volumes(self, found: Found) -> dict[str, Any]:

@@ -42,7 +42,8 @@ class Block:
         """(8, 3), m."""
         assert self.case.shape.bounds is not None
         low, high = (np.array(b) for b in self.case.shape.bounds)
-        return low + CORNERS * (high - low)
+        corners: Floats = low + CORNERS * (high - low)
+        return corners
 
     @cached_property
     def volume(self) -> float:
@@ -138,7 +139,7 @@ class PreparedPoint(Meshless):
 
     def _carried(self, found: PointState, displacement: _Moved) -> Carried:
         X, u = self.block.X, displacement(self.block.X)
-        none, loads = np.zeros((8, 3)), dict((load.name, f) for load, f in self.forces())
+        none, loads = np.zeros((8, 3)), {load.name: f for load, f in self.forces()}
         left = self.block.forces(found.P) - sum(loads.values(), none)
         work = {name: float((f * u).sum()) for name, f in loads.items()}
         wide = {name: np.hstack([f, none]) for name, f in loads.items()}
@@ -181,7 +182,9 @@ class PreparedPoint(Meshless):
         axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
         pulled = any(self.made.stresses)
         why = "the force has its maximum there" if pulled else "the law ends there, or gives way across it"
-        return f"no state of its law beyond {100.0 * none.share:.3g} % of what is imposed, at stretches of {axes}: {why}"
+        return (
+            f"no state of its law beyond {100.0 * none.share:.3g} % of what is imposed, at stretches of {axes}: {why}"
+        )
 
 
 def _finite(value: float) -> float | None:

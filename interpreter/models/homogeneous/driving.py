@@ -178,26 +178,40 @@ def driven(case: Case, word: str, model: Declared) -> Driven:
     """The state that supports and loads impose, of the kind that a word says. Raises Fault where they make another."""
     faces = faces_of(case, model.name)
     stretches = [faces.stretch(axis) for axis in range(3)]
-    known = [axis for axis in range(3) if stretches[axis] is not None or axis in faces.pulled]
-    still = [axis for axis in known if stretches[axis] is not None and abs(stretches[axis] - 1.0) <= SAME]  # type: ignore[operator]
-    moved: list[int] | None = None
     if word == "simple_shear":
         if (sheared := _sheared(faces, stretches)) is not None:
             return _made(faces, [1.0, 1.0, 1.0], sheared, (sheared[0],))
-    elif word == "uniaxial" and len(known) == 1:
-        moved = known
-    elif word == "equibiaxial" and len(known) == 2:
-        moved = known if _alike(faces, stretches, known) else None
-    elif word == "planar" and len(known) == 1:
-        moved = known if (wide := _gripped(faces, known[0])) is not None else None
-        if wide is not None:
-            stretches[wide] = 1.0
-    elif word in ("planar", "confined") and len(known) == (2 if word == "planar" else 3):
-        moved = [axis for axis in known if axis not in still] or known[:1]
-    if moved is None or (word in ("planar", "confined") and len(moved) > 1):
-        raise fault("E356", model.at("state"), f"`{model.name}` is {word.replace('_', ' ')}, and what holds and loads "
-                    f"`{case.body.name}` makes another state", _said(faces, stretches), f"it needs {NEEDS[word]}")  # fmt: skip
-    return _made(faces, stretches, None, tuple(moved))
+    elif (moved := _moved(faces, stretches, word)) is not None:
+        return _made(faces, stretches, None, tuple(moved))
+    raise fault("E356", model.at("state"), f"`{model.name}` is {word.replace('_', ' ')}, and what holds and loads "
+                f"`{case.body.name}` makes another state", _said(faces, stretches), f"it needs {NEEDS[word]}")  # fmt: skip
+
+
+def _moved(faces: Faces, stretches: list[float | None], word: str) -> list[int] | None:
+    """The axes that are moved or pulled in a state of stretches; None where they do not make what a word says.
+
+    Where wide grips hold the width of a planar one, it is put among the stretches.
+    """
+    known = [axis for axis in range(3) if stretches[axis] is not None or axis in faces.pulled]
+    if word == "uniaxial":
+        return known if len(known) == 1 else None
+    if word == "equibiaxial":
+        return known if len(known) == 2 and _alike(faces, stretches, known) else None
+    if word == "planar" and len(known) == 1:
+        wide = _gripped(faces, known[0])
+        if wide is None:
+            return None
+        stretches[wide] = 1.0
+        return known
+    if len(known) != (2 if word == "planar" else 3):
+        return None
+    moved = [axis for axis in known if not _is_still(stretches[axis])] or known[:1]
+    return moved if len(moved) == 1 else None
+
+
+def _is_still(stretch: float | None) -> bool:
+    """Whether a stretch is imposed, and is none."""
+    return stretch is not None and abs(stretch - 1.0) <= SAME
 
 
 def _said(faces: Faces, stretches: list[float | None]) -> str:
@@ -228,13 +242,13 @@ def _sheared(faces: Faces, stretches: list[float | None]) -> tuple[int, int, flo
     found = []
     for b in range(3):
         apart = [faces.apart(b, c) for c in range(3)]
-        if None in apart or abs(stretches[b] - 1.0) > SAME:  # type: ignore[operator]
+        if None in apart or not _is_still(stretches[b]):
             continue
         slides = [c for c in range(3) if c != b and abs(apart[c] or 0.0) > SAME * faces.extent(b)]
         if len(slides) <= 1:
             a = slides[0] if slides else (b + 1) % 3
             found.append((a, b, (apart[a] or 0.0) / faces.extent(b)))
-    others = [s for s in stretches if s is not None and abs(s - 1.0) > SAME]
+    others = [s for s in stretches if s is not None and not _is_still(s)]
     return max(found, key=lambda entry: abs(entry[2]), default=None) if not others and not faces.pulled else None
 
 

@@ -32,10 +32,10 @@ class Homogeneous(Model):
     needs, and at a Poisson's ratio of 0.5 the side beside the plane is free. `confined`: one axis is moved, the others
     are held.
 
-    Where grips hold a width that the state lets go, a warning says so (W365). A state in which a force no longer grows
-    with what it pulls is found all the same, where it is imposed, and said to give way under that force, with where that
-    begins (W366); where the law has no such state, beyond its domain or a force that has a maximum, it is not converged
-    and says how far it came. Forces are found again from finite differences of the energy alone.
+    Where grips hold a width that the state lets go, a warning says so (W365). Past a maximum of the force a state is
+    found where the stretch is imposed, and said to give way under that force, with where that begins (W366). Where the
+    law has no state, beyond its domain or the largest force, it is not converged and says how far it came. Forces are
+    found again from finite differences of the energy alone.
     """
 
     loads = (PerArea,)
