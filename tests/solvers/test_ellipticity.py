@@ -16,7 +16,7 @@ from softmark.solvers.materials.ellipticity import lost
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(7)
-N = np.vstack([np.eye(3), (n := RNG.normal(size=(3000, 3))) / np.linalg.norm(n, axis=1)[:, None]])
+N = np.vstack([np.eye(3), (n := RNG.normal(size=(1000, 3))) / np.linalg.norm(n, axis=1)[:, None]])
 
 
 def turned(s: Floats) -> Floats:
@@ -47,18 +47,18 @@ def least(law: Any, F: Floats, kept: bool = False) -> Floats:
 def test_what_is_lost_is_what_some_direction_loses(name: str, nu: float) -> None:
     made = material(name, young=1.0, poisson=nu, density=1.0)
     law = law_for(made, "finite")
-    F = turned(np.exp(RNG.uniform(-0.9, 1.5, (60, 3))))
+    F = turned(np.exp(RNG.uniform(-0.9, 1.5, (25, 3))))
     seen, found = least(law, F), lost(law, F)
     assert found is not None
     assert found[seen < -1e-9].all()  # a direction tells it for sure
-    assert not found[seen > 1e-2].any()  # and 3 000 leave little between them
+    assert not found[seen > 1e-2].any()  # and 1 000 leave little between them
     assert not (made.polyconvex and found.any())
 
 
 def test_a_solid_that_keeps_its_volume_is_asked_of_waves_that_do() -> None:
     split = mixed_for(material("st_venant_kirchhoff", young=1.0, poisson=0.5, density=1.0), "finite")
     assert split is not None
-    F = turned(np.exp(RNG.uniform(-0.8, 0.8, (60, 3))))
+    F = turned(np.exp(RNG.uniform(-0.8, 0.8, (25, 3))))
     seen, found = least(split.shape, F, kept=True), lost(split.shape, F, kept=True)
     assert found is not None
     assert found.any()

@@ -184,7 +184,8 @@ def driven(case: Case, word: str, model: Declared) -> Driven:
     elif (moved := _moved(faces, stretches, word)) is not None:
         return _made(faces, stretches, None, tuple(moved))
     raise fault("E356", model.at("state"), f"`{model.name}` is {word.replace('_', ' ')}, and what holds and loads "
-                f"`{case.body.name}` makes another state", _said(faces, stretches), f"it needs {NEEDS[word]}")  # fmt: skip
+                f"`{case.body.name}` makes another state", _said(faces, stretches),
+                f"it needs {NEEDS[word]}")  # fmt: skip
 
 
 def _moved(faces: Faces, stretches: list[float | None], word: str) -> list[int] | None:
