@@ -58,22 +58,44 @@ def _looked_at(case: Any, mesh: Any, which: Any, way: str) -> tuple[Floats, Floa
         return np.zeros((0, 3)), np.zeros((0, 3, 3)), np.abs(cells), None
     from softmark.solvers.materials import law_for, mixed_for
     from softmark.solvers.materials.ellipticity import lost
-    from softmark.solvers.stresses.sampled import State
 
-    part: Mesh = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
-    u = np.asarray(mesh.displacement, dtype=np.float64)
-    state = State(part, case.material, "finite", u, way, plane=bool(case.planar), revolved=case.depth > 0.0)
+    part = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
+    material = case.material
     if not case.uniform:
         from softmark.interpreter.models.shared.graded import material_at
 
-        state = replace(state, at=material_at)
-    X, F, w, material = state.strained()
+        material = material_at(material, part, part.element.quadrature())
+    X, F, w = _strained(case, part, np.asarray(mesh.displacement, dtype=np.float64), way)
     if kept := material.incompressible and not material.thin:
         split = mixed_for(material, "finite")
         law: Any = None if split is None else split.shape
     else:
         law = law_for(material, "finite")
     return X, F, w, None if law is None else lost(law, F, kept)
+
+
+def _strained(case: Any, part: Mesh, u: Floats, way: str) -> tuple[Floats, Floats, Floats]:
+    """Points of integration (k, 3), m, F there (k, 3, 3), and their volumes (k,), m^3.
+
+    Where cells keep their volume as a whole, F has that of its cell; a plate, whose law finds how thick it is, has not.
+    """
+    from softmark.solvers.mesh.interpolation import integration
+
+    rule = part.element.quadrature()
+    own = integration(part, rule=rule)
+    X = np.einsum("qa,mai->mqi", part.element.shape(rule[0]), part.points[part.cells])
+    F = np.eye(3) + np.einsum("mai,mqaJ->mqiJ", u[part.cells], own.dNdX, optimize=True)
+    w = own.w
+    if case.depth > 0.0:  # rings grow as they move out
+        r = X[..., 0]
+        F[..., 2, 2] = 1.0 + np.einsum("qa,ma->mq", own.N, u[part.cells, 0]) / r
+        w = w * r
+    if way != "full":
+        J = np.linalg.det(F)
+        mean = (w * J).sum(axis=1, keepdims=True) / w.sum(axis=1, keepdims=True)
+        with np.errstate(all="ignore"):
+            F = F * np.where((J > 0.0) & (mean > 0.0), (mean / J) ** (1.0 / 3.0), 1.0)[..., None, None]
+    return X.reshape(-1, 3), F.reshape(-1, 3, 3), w.ravel()
 
 
 def _sound(material: Any) -> bool:

@@ -74,22 +74,6 @@ class State:
         six = np.stack([sigma[..., i, j] for i, j in SYMMETRIC], axis=-1)
         return X, six, H.reshape(*H.shape[:2], 9)
 
-    def strained(self) -> tuple[Floats, Floats, Floats, Isotropic]:
-        """Points of integration (k, 3) in m, F there (k, 3, 3), their volumes (k,), and the material there.
-
-        Where cells keep their volume as a whole, F has that of its cell.
-        """
-        rule = self.mesh.element.quadrature()
-        X = np.einsum("qa,mai->mqi", self.mesh.element.shape(rule[0]), self.mesh.points[self.mesh.cells])
-        H, w = self._gradient(rule), self._sizes(rule)
-        F = _deformation(H)
-        if self.way != "full":
-            J = np.linalg.det(F).reshape(w.shape)
-            mean = (w * J).sum(axis=1, keepdims=True) / w.sum(axis=1, keepdims=True)
-            with np.errstate(all="ignore"):
-                F = F * np.where((J > 0.0) & (mean > 0.0), (mean / J) ** (1.0 / 3.0), 1.0).reshape(-1, 1, 1)
-        return X.reshape(-1, 3), F, w.ravel(), self._made_of(rule)
-
     def _gradient(self, rule: Rule) -> Floats:
         """du_i/dX_J (m, q, 3, 3)."""
         parts = integration(self.mesh, rule=rule)
