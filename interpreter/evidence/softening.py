@@ -20,9 +20,11 @@ from softmark.interpreter.language.messages import diagnostic
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.kinds.voucher import Found
     from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.shared.prepared import Moved
     from softmark.solvers.mesh.mesh import Floats, Mesh
 
 ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them is told
+TINY = float(np.finfo(np.float64).tiny)
 LITTLE = 1e-4  # of the volume: less is not shown as a share
 
 
@@ -36,66 +38,68 @@ def facts(found: Found) -> dict[str, Any]:
     worst: tuple[float, Floats, Floats] | None = None
     volume = left = 0.0
     for case, which in alone(found.case, mesh):
-        X, F, w, lost = _looked_at(case, mesh, which, how[1])
-        volume += float(w.sum())
-        if lost is None or not lost.any():
+        part = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
+        volume += float(np.abs(part.volumes).sum())
+        if _sound(case.material):
             continue
-        left += float(w[lost].sum())
-        s = np.linalg.svd(F[lost], compute_uv=False)
-        far = np.abs(np.log(np.maximum(s, 1e-300))).max(axis=1)
+        F, w = _strained(case, mesh, which, how[1])
+        gone = _lost(case, part, F)
+        if gone is None or not gone.any():
+            continue
+        left += float(w[gone].sum())
+        s = np.linalg.svd(F[gone], compute_uv=False)
+        far = np.abs(np.log(np.maximum(s, TINY))).max(axis=1)
         place = int((far >= (1.0 - ALIKE) * far.max()).argmax())
         if worst is None or far[place] > worst[0]:
-            worst = float(far[place]), X[lost][place], s[place]
+            worst = float(far[place]), _places(part)[gone][place], s[place]
     if worst is None:
         return {}
     return {"gives_way": {"share": left / volume, "at_m": worst[1].tolist(), "stretches": worst[2].tolist()}}
 
 
-def _looked_at(case: Any, mesh: Any, which: Any, way: str) -> tuple[Floats, Floats, Floats, Any]:
-    """Points (k, 3), m, their F (k, 3, 3), volumes (k,), and where the law of some cells has lost its ellipticity."""
-    if _sound(case.material):
-        cells = mesh.mesh.volumes[which]
-        return np.zeros((0, 3)), np.zeros((0, 3, 3)), np.abs(cells), None
+def _lost(case: Any, part: Mesh, F: Floats) -> Any:
+    """At which points of some cells (k,) the law is not strongly elliptic; None of one that is not isotropic."""
     from softmark.solvers.materials import law_for, mixed_for
     from softmark.solvers.materials.ellipticity import lost
 
-    part = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
     material = case.material
     if not case.uniform:
         from softmark.interpreter.models.shared.graded import material_at
 
         material = material_at(material, part, part.element.quadrature())
-    X, F, w = _strained(case, part, np.asarray(mesh.displacement, dtype=np.float64), way)
-    if kept := material.incompressible and not material.thin:
-        split = mixed_for(material, "finite")
-        law: Any = None if split is None else split.shape
-    else:
-        law = law_for(material, "finite")
-    return X, F, w, None if law is None else lost(law, F, kept)
+    if not material.incompressible or material.thin:
+        return lost(law_for(material, "finite"), F)
+    split = mixed_for(material, "finite")
+    return None if split is None else lost(split.shape, F, True)
 
 
-def _strained(case: Any, part: Mesh, u: Floats, way: str) -> tuple[Floats, Floats, Floats]:
-    """Points of integration (k, 3), m, F there (k, 3, 3), and their volumes (k,), m^3.
+def _places(part: Mesh) -> Floats:
+    """Points of integration (k, 3), m."""
+    found: Floats = np.einsum("qa,mai->mqi", part.element.shape(part.element.quadrature()[0]), part.points[part.cells])
+    return found.reshape(-1, 3)
+
+
+def _strained(case: Any, mesh: Moved, which: Any, way: str) -> tuple[Floats, Floats]:
+    """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3.
 
     Where cells keep their volume as a whole, F has that of its cell; a plate, whose law finds how thick it is, has not.
     """
     from softmark.solvers.mesh.interpolation import integration
 
-    rule = part.element.quadrature()
-    own = integration(part, rule=rule)
-    X = np.einsum("qa,mai->mqi", part.element.shape(rule[0]), part.points[part.cells])
-    F = np.eye(3) + np.einsum("mai,mqaJ->mqiJ", u[part.cells], own.dNdX, optimize=True)
-    w = own.w
+    own, cells = integration(mesh.mesh), mesh.mesh.cells[which]
+    u, w = np.asarray(mesh.displacement, dtype=np.float64)[cells], own.w[which]
+    F = np.eye(3) + np.matmul(u.transpose(0, 2, 1)[:, None], own.dNdX[which])
+    size = w
     if case.depth > 0.0:  # rings grow as they move out
-        r = X[..., 0]
-        F[..., 2, 2] = 1.0 + np.einsum("qa,ma->mq", own.N, u[part.cells, 0]) / r
-        w = w * r
+        r = mesh.points[cells, 0] @ own.N.T
+        F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / r
+        size = w * r
     if way != "full":
         J = np.linalg.det(F)
-        mean = (w * J).sum(axis=1, keepdims=True) / w.sum(axis=1, keepdims=True)
+        mean = (size * J).sum(axis=1, keepdims=True) / size.sum(axis=1, keepdims=True)
         with np.errstate(all="ignore"):
-            F = F * np.where((J > 0.0) & (mean > 0.0), (mean / J) ** (1.0 / 3.0), 1.0)[..., None, None]
-    return X.reshape(-1, 3), F.reshape(-1, 3, 3), w.ravel()
+            F *= np.where((J > 0.0) & (mean > 0.0), (mean / J) ** (1.0 / 3.0), 1.0)[..., None, None]
+    return F.reshape(-1, 3, 3), w.ravel()
 
 
 def _sound(material: Any) -> bool:
