@@ -40,7 +40,7 @@ class Kept:
 
 def materials() -> dict[str, Kept]:
     """Every material of the library by its name; nothing is imported that a check does not need."""
-    from softmark.interpreter.language.sources import ROOT
+    from softmark.scenes import ROOT
 
     files = sorted((ROOT / "materials").glob("*.scene"))
     return {own.name: own for file in files for own in _of(file)}

@@ -39,6 +39,11 @@ class Isotropic:
     polyconvex = False  # whether its energy is known to be: no state of it ever gives way (ellipticity.py)
 
     @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """The constant by which its energy cannot be polyconvex at finite strain, and why; None of most."""
+        return None
+
+    @property
     def shear_modulus(self) -> float:
         """mu = E / (2 (1 + nu)), Pa."""
         return self.shear_share * (self.young / (2.0 * (1.0 + self.poisson)))
