@@ -1,7 +1,7 @@
 """Where a solid of finite strain was taken to states in which its law gives way: looked at after every answer.
 
 At every point of integration, by `solvers/materials/ellipticity.py`; of what is made of a law whose energy is
-polyconvex nothing is computed. Where cells keep their volume as a whole, points are taken to have that of their cell.
+polyconvex nothing is computed. Where cells keep their volume as a whole, a law is asked with the pressure that does so.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def facts(found: Found) -> dict[str, Any]:
         volume += float(np.abs(part.volumes).sum())
         if _sound(case.material):
             continue
-        F, w = _strained(case, mesh, which, how[1])
-        gone = _lost(case, part, F)
+        F, w = _strained(case, mesh, which)
+        gone = _lost(case, mesh, part, which, how[1], F)
         if gone is None or not gone.any():
             continue
         left += float(w[gone].sum())
@@ -57,20 +57,27 @@ def facts(found: Found) -> dict[str, Any]:
     return {"gives_way": {"share": left / volume, "at_m": worst[1].tolist(), "stretches": worst[2].tolist()}}
 
 
-def _lost(case: Any, part: Mesh, F: Floats) -> Any:
+def _lost(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats) -> Any:
     """At which points of some cells (k,) the law is not strongly elliptic; None of one that is not isotropic."""
     from softmark.solvers.materials import law_for, mixed_for
-    from softmark.solvers.materials.ellipticity import lost
+    from softmark.solvers.materials.ellipticity import Held, lost
 
-    material = case.material
+    material, rule = case.material, part.element.quadrature()
+    at: Any = None
     if not case.uniform:
         from softmark.interpreter.models.shared.graded import material_at
 
-        material = material_at(material, part, part.element.quadrature())
-    if not material.incompressible or material.thin:
+        at, material = material_at, material_at(material, part, rule)
+    split = None if way == "full" or material.thin else mixed_for(material, "finite")
+    if split is None:
         return lost(law_for(material, "finite"), F)
-    split = mixed_for(material, "finite")
-    return None if split is None else lost(split.shape, F, True)
+    from softmark.solvers.stresses.sampled import State
+
+    u, own = np.asarray(mesh.displacement, dtype=np.float64), mesh.pressures
+    own = None if own is None else own[which]
+    state = State(part, case.material, "finite", u, way, own, bool(case.planar), case.depth > 0.0, at)
+    modulus = np.ravel(split.modulus) if np.ndim(split.modulus) else split.modulus
+    return lost(split.shape, F, Held(split.constraint, modulus, state.pressure(rule).ravel()))
 
 
 def _places(part: Mesh) -> Floats:
@@ -79,27 +86,16 @@ def _places(part: Mesh) -> Floats:
     return found.reshape(-1, 3)
 
 
-def _strained(case: Any, mesh: Moved, which: Any, way: str) -> tuple[Floats, Floats]:
-    """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3.
-
-    Where cells keep their volume as a whole, F has that of its cell; a plate, whose law finds how thick it is, has not.
-    """
+def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
+    """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3; of a plate in its plane."""
     from softmark.solvers.mesh.interpolation import integration
 
     own, cells = integration(mesh.mesh), mesh.mesh.cells[which]
-    u, w = np.asarray(mesh.displacement, dtype=np.float64)[cells], own.w[which]
+    u = np.asarray(mesh.displacement, dtype=np.float64)[cells]
     F = np.eye(3) + np.matmul(u.transpose(0, 2, 1)[:, None], own.dNdX[which])
-    size = w
     if case.depth > 0.0:  # rings grow as they move out
-        r = mesh.points[cells, 0] @ own.N.T
-        F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / r
-        size = w * r
-    if way != "full":
-        J = np.linalg.det(F)
-        mean = (size * J).sum(axis=1, keepdims=True) / size.sum(axis=1, keepdims=True)
-        with np.errstate(all="ignore"):
-            F *= np.where((J > 0.0) & (mean > 0.0), (mean / J) ** (1.0 / 3.0), 1.0)[..., None, None]
-    return F.reshape(-1, 3, 3), w.ravel()
+        F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / (mesh.points[cells, 0] @ own.N.T)
+    return F.reshape(-1, 3, 3), own.w[which].ravel()
 
 
 def _sound(material: Any) -> bool:

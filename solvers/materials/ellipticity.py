@@ -19,12 +19,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.records import dataclass
 from softmark.solvers.materials.components import cofactor, components
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.invariants import OfInvariants, invariants
 from softmark.solvers.materials.polar import spectrum
 
 if TYPE_CHECKING:
+    from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array
 
 Bools = NDArray[np.bool_]
@@ -39,39 +41,52 @@ PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
 ])  # fmt: skip
 
 
-def lost(law: Any, F: Array, kept: bool = False) -> Bools | None:
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What holds the volume beside a law: pressures (m,), Pa, on a constraint, and its modulus, infinite or of each."""
+
+    constraint: Constraint
+    modulus: Any
+    pressure: Array
+
+    def of(self, some: slice) -> Held:
+        """The same of some of the states."""
+        own = self.modulus[some] if np.ndim(self.modulus) else self.modulus
+        return Held(self.constraint, own, self.pressure[some])
+
+
+def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
     """At which of the states F (m, 3, 3) a law is not strongly elliptic (m,); None of a law that is not isotropic.
 
-    `kept`: the law is that of the shape of a solid whose volume something else holds. States outside the domain, which
-    have no stress, are not counted.
+    States outside the domain, which have no stress, are not counted.
     """
     if hasattr(law, "solid"):  # of a plate (plane_stress.py)
         return lost(law.solid, law.opened(F))
     found = np.zeros(len(F), dtype=np.bool_)
     if hasattr(law, "at_rest"):  # of constants that vary (varying.py)
         for some, own in law._blocks(len(F)):
-            part = lost(own, F[some], kept)
+            part = lost(own, F[some], None if held is None else held.of(some))
             if part is None:
                 return None
             found[some] = part
         return found
     if not isinstance(law, Hyperelastic):
         return None
-    one = _of_invariants if isinstance(law, OfInvariants) and not kept else _isotropic
+    one = _of_invariants if isinstance(law, OfInvariants) and held is None else _isotropic
     with np.errstate(all="ignore"):
         for start in range(0, len(F), BLOCK):
             some = slice(start, start + BLOCK)
-            found[some] = one(law, F[some], kept)
+            found[some] = one(law, F[some], None if held is None else held.of(some))
     return found
 
 
-def _of_invariants(law: Any, F: Array, kept: bool) -> Bools:
+def _of_invariants(law: Any, F: Array, held: Held | None = None) -> Bools:
     """Of psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, where nothing couples the two."""
     f = components(F)
     stretch, j = invariants(f)
     (a, _), (c, d) = law.slopes(stretch, j), law.curvatures(stretch, j)
     if c is not None:
-        return _isotropic(law, F, kept)
+        return _isotropic(law, F, None)
     found: Bools = (a <= 0.0) & np.isfinite(d)
     soft = np.flatnonzero(d < 0.0)
     if len(soft):
@@ -80,7 +95,7 @@ def _of_invariants(law: Any, F: Array, kept: bool) -> Bools:
     return found
 
 
-def _isotropic(law: Any, F: Array, kept: bool) -> Bools:
+def _isotropic(law: Any, F: Array, held: Held | None) -> Bools:
     """Of any isotropic law, from its stiffness in principal axes."""
     f = components(F)
     C = np.einsum("iJm,iKm->JKm", f, f)
@@ -89,13 +104,16 @@ def _isotropic(law: Any, F: Array, kept: bool) -> Bools:
     state = np.zeros((len(F), 3, 3))
     state[:, range(3), range(3)] = s.T
     A = law.dPdF(state)
+    if held is not None:
+        A = A + held.constraint.curvature(state, held.pressure)
     i, k = np.indices((3, 3))
     d, b = A[:, i, k, i, k], A[:, i, i, k, k] + np.where(i == k, 0.0, A[:, i, k, k, i])  # (m, 3, 3)
-    if kept:
-        c = np.stack([s[1] * s[2], s[2] * s[0], s[0] * s[1]], axis=1)
-        c *= np.sqrt(STIFF * np.abs(d).max(axis=(1, 2)) / (c * c).max(axis=1))[:, None]
-        d = d + np.einsum("mi,ij->mij", c * c, np.eye(3))
-        b = b + c[:, :, None] * c[:, None, :]
+    if held is not None:
+        g = held.constraint.gradient(state)[:, range(3), range(3)]
+        most = STIFF * np.abs(d).max(axis=(1, 2)) / (g * g).max(axis=1)
+        M = np.minimum(held.modulus, most)
+        d = d + (M[:, None] * g * g)[:, :, None] * np.eye(3)
+        b = b + M[:, None, None] * g[:, :, None] * g[:, None, :]
     sound = np.isfinite(d).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
     found: Bools = sound & np.any(d[:, :, 0] <= 0.0, axis=1)
     form = _form(d, b)

@@ -127,7 +127,7 @@ class PreparedPoint(Meshless):
         except NoState as none:
             return Solution("not_converged", self._ended(none), {"iterations": 0, "steps": 0, "residual": None})
         facts = {
-            "iterations": found.iterations, "steps": 1, "residual": found.residual, "linear_solver": "dense",
+            "iterations": found.iterations, "steps": 1, "residual": self._left(found), "linear_solver": "dense",
             "stable": bool(found.freed > FLAT), "stretches": found.F.diagonal().tolist(),
             "volume": float(np.linalg.det(found.F)), "nominal_stress": found.P.tolist(),
             "stiffness": {"held": _finite(found.held), "freed": _finite(found.freed)},
@@ -136,6 +136,13 @@ class PreparedPoint(Meshless):
         stress: Stresses = Told(found, self.point.linear)  # type: ignore[assignment]
         return Solution("converged", None, facts, displacement, self._doubts(found), stress=lambda: stress,
                         carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
+
+    def _left(self, found: PointState) -> float:
+        """What is left of forces on free faces, relative to the largest force on a face."""
+        free = [axis for axis in range(3) if self.made.stretches[axis] is None]
+        left = [abs(found.P[a, a] - self.made.stresses[a]) * self.block.areas[a] for a in free]
+        largest = float((np.abs(found.P) * self.block.areas).max())
+        return float(max(left, default=0.0)) / largest if largest else 0.0
 
     def _carried(self, found: PointState, displacement: _Moved) -> Carried:
         X, u = self.block.X, displacement(self.block.X)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Homogeneous(Model):
-    """One material point in place of a body: the same strain everywhere, no mesh, a millisecond.
+    """One material point in place of a body: the same strain everywhere, no mesh, some milliseconds.
 
     What a law of its own says of a pull test, without grips, ends or a mesh. The body is a box, a cylinder or a tube
     along x, y or z. Supports take whole faces, and what they impose along normals are stretches, or a shear of two
