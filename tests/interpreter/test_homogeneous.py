@@ -183,6 +183,26 @@ def test_a_watchdog_that_bites(monkeypatch: pytest.MonkeyPatch) -> None:
     assert dot.status == "failed"
 
 
+def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The energy of fibres along (1, 1, 0) in a neo-Hookean solid, k (|F a|^2 - 1)^2: its stress has a shear."""
+    point_of, a, k = build.point_of, np.array([1.0, 1.0, 0.0]) / 2**0.5, 1e3
+
+    def fibred(case: Any, strain: str) -> Any:
+        own = point_of(case, strain).law
+
+        def pull(F: Any) -> Any:
+            return 4 * k * (((F @ a) ** 2).sum(axis=1) - 1)[:, None, None] * (F @ a)[:, :, None] * a
+
+        law = type("Fibred", (), {"psi": lambda s, F: own.psi(F) + k * (((F @ a) ** 2).sum(axis=1) - 1) ** 2,
+                                  "P": lambda s, F: own.P(F) + pull(F), "dPdF": lambda s, F: own.dPdF(F)})()  # fmt: skip
+        return replace(point_of(case, strain), law=law)
+
+    monkeypatch.setattr(build, "point_of", fibred)
+    dot = run(f"{ROLLERS}{PULL}{LOOK}model dot = homogeneous(uniaxial)\n").models["dot"]
+    assert dot.status == "not_converged"
+    assert "directions beside the axes" in dot.message
+
+
 def test_a_scene_of_one_material_point_loads_no_mesh() -> None:
     names = loaded_by(f'softmark 1\nscene "dot"\nmaterial gel = {LAW}\n{BLOCK}{ROLLERS}{PULL}'
                       "metric force = force(grip, along = +x)\nmodel dot = homogeneous(uniaxial)\n")  # fmt: skip

@@ -60,6 +60,9 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_grips_that_hold_a_width_leave_no_stated_error": NONE,
         "test_a_scene_of_one_material_point_loads_no_mesh": NONE,
     },
+    "tests/solvers/test_material_point.py": {
+        "test_states_of_stretch_are_those_of_closed_forms": ("-0.49",),
+    },
     "tests/solvers/test_ellipticity.py": {
         "test_what_is_lost_is_what_some_direction_loses": ("kirchhoff-0.3", "hookean-0.45"),
     },

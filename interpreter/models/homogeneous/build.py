@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Part, Stresses
 
+ALONG = 1e-9  # of the largest stress: a shear that is less is none
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a box, 0 low and 1 high
 
 
@@ -126,6 +127,8 @@ class PreparedPoint(Meshless):
             found = self.point.state(self.drive, self.case.analysis.max_iterations)
         except NoState as none:
             return Solution("not_converged", self._ended(none), {"iterations": 0, "steps": 0, "residual": None})
+        if (turned := self._turned(found)) is not None:
+            return Solution("not_converged", turned, {"iterations": found.iterations, "steps": 0, "residual": None})
         facts = {
             "iterations": found.iterations, "steps": 1, "residual": self._left(found), "linear_solver": "dense",
             "stable": bool(found.freed > FLAT), "stretches": found.F.diagonal().tolist(),
@@ -136,6 +139,16 @@ class PreparedPoint(Meshless):
         stress: Stresses = Told(found, self.point.linear)  # type: ignore[assignment]
         return Solution("converged", None, facts, displacement, self._doubts(found), stress=lambda: stress,
                         carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
+
+    def _turned(self, found: PointState) -> str | None:
+        """Why a state whose strain is along the axes is none, where its law has shear stress in it."""
+        across = np.abs(found.P - np.diag(found.P.diagonal())).max()
+        if self.made.shear is not None or across <= ALONG * np.abs(found.P).max():
+            return None
+        shear = units.show(float(across), units.PRESSURE)
+        return (
+            f"its law has a shear stress of {shear} in such a state, for it has directions beside the axes: use `fem`"
+        )
 
     def _left(self, found: PointState) -> float:
         """What is left of forces on free faces, relative to the largest force on a face."""
