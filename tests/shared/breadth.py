@@ -68,6 +68,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_library.py": {"test_the_list_of_the_library_needs_no_arrays": NONE},
     "tests/interpreter/test_networks.py": {"test_a_scene_without_networks_imports_nothing_for_them": NONE},
+    "tests/interpreter/test_values.py": {"test_a_scene_without_values_imports_nothing_of_them": NONE},
     "tests/interpreter/test_tendons.py": {"test_between_guides_a_tendon_is_straight": NONE},
     "tests/interpreter/test_moving_beams.py": {
         "test_it_comes_to_rest_where_the_static_analysis_is": NONE,
