@@ -41,6 +41,7 @@ class Homogeneous(Model):
     loads = (PerArea,)
     supports = (Fixed, Displaced, Symmetric)
     moves = False
+    even = True
 
     state: Annotated[
         Literal["uniaxial", "equibiaxial", "planar", "simple_shear", "confined"],
