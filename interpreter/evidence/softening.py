@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.evidence.kinds.voucher import Found
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.shared.prepared import Moved
+    from softmark.solvers.materials.constraints import Mixed
     from softmark.solvers.mesh.mesh import Floats, Mesh
 
 ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them is told
@@ -43,7 +44,7 @@ def facts(found: Found) -> dict[str, Any]:
         if _sound(case.material):
             continue
         F, w = _strained(case, mesh, which)
-        gone = _lost(case, mesh, part, which, how[1], F)
+        gone = _lost(case, mesh, part, which, how[1], F, w)
         if gone is None or not gone.any():
             continue
         left += float(w[gone].sum())
@@ -57,27 +58,34 @@ def facts(found: Found) -> dict[str, Any]:
     return {"gives_way": {"share": left / volume, "at_m": worst[1].tolist(), "stretches": worst[2].tolist()}}
 
 
-def _lost(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats) -> Any:
+def _lost(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Any:
     """At which points of some cells (k,) the law is not strongly elliptic; None of one that is not isotropic."""
     from softmark.solvers.materials import law_for, mixed_for
     from softmark.solvers.materials.ellipticity import Held, lost
 
-    material, rule = case.material, part.element.quadrature()
-    at: Any = None
+    material = case.material
     if not case.uniform:
         from softmark.interpreter.models.shared.graded import material_at
 
-        at, material = material_at, material_at(material, part, rule)
+        material = material_at(material, part, part.element.quadrature())
     split = None if way == "full" or material.thin else mixed_for(material, "finite")
     if split is None:
         return lost(law_for(material, "finite"), F)
-    from softmark.solvers.stresses.sampled import State
-
-    u, own = np.asarray(mesh.displacement, dtype=np.float64), mesh.pressures
-    own = None if own is None else own[which]
-    state = State(part, case.material, "finite", u, way, own, bool(case.planar), case.depth > 0.0, at)
     modulus = np.ravel(split.modulus) if np.ndim(split.modulus) else split.modulus
-    return lost(split.shape, F, Held(split.constraint, modulus, state.pressure(rule).ravel()))
+    return lost(split.shape, F, Held(split.constraint, modulus, _pressure(split, mesh, part, which, way, F, w)))
+
+
+def _pressure(split: Mixed, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
+    """What keeps the volume of cells, at their points (k,), Pa: an unknown, or M times the mean of the constraint."""
+    if way == "mixed" and mesh.pressures is not None:
+        from softmark.solvers.mesh.pressures import pressures
+
+        found: Floats = mesh.pressures[which] @ pressures(part, part.element.quadrature()).N.T
+        return found.ravel()
+    size = w.reshape(len(part.cells), -1)
+    g = split.constraint.value(F).reshape(size.shape)
+    mean = (size * g).sum(axis=1, keepdims=True) / (size * split.compliance).sum(axis=1, keepdims=True)
+    return np.broadcast_to(mean, size.shape).ravel()
 
 
 def _places(part: Mesh) -> Floats:
@@ -93,9 +101,12 @@ def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
     own, cells = integration(mesh.mesh), mesh.mesh.cells[which]
     u = np.asarray(mesh.displacement, dtype=np.float64)[cells]
     F = np.eye(3) + np.matmul(u.transpose(0, 2, 1)[:, None], own.dNdX[which])
-    if case.depth > 0.0:  # rings grow as they move out
-        F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / (mesh.points[cells, 0] @ own.N.T)
-    return F.reshape(-1, 3, 3), own.w[which].ravel()
+    w = own.w[which]
+    if case.depth > 0.0:  # rings grow as they move out, and those farther out are longer
+        r = mesh.points[cells, 0] @ own.N.T
+        F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / r
+        w = w * r / r.mean(axis=1, keepdims=True)
+    return F.reshape(-1, 3, 3), w.ravel()
 
 
 def _sound(material: Any) -> bool:

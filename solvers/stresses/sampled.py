@@ -109,11 +109,6 @@ class State:
         P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
-    def pressure(self, rule: Rule) -> Floats:
-        """What keeps the volume of cells at the points of a rule (m, q), Pa, positive in tension. Raises NoStress."""
-        found = self._pressed(rule) if self.way == "mixed" else self._dilated()
-        return np.broadcast_to(found, (len(self.mesh.cells), len(rule[1])))
-
     def _split(self, rule: Rule) -> Mixed:
         """The law in two parts at the points of a rule. Raises NoStress."""
         if (split := mixed_for(self._made_of(rule), self.strain)) is None:
