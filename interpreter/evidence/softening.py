@@ -110,8 +110,8 @@ def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
 
 
 def _sound(material: Any) -> bool:
-    """Whether no state of a material gives way: known of its constants alone."""
-    return bool(getattr(material, "polyconvex", False))
+    """Whether no state of a material gives way, known of its constants alone; or it remembers, and nothing is known."""
+    return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
 
 
 def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
