@@ -70,6 +70,18 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
         )
 
 
+def _convexities(scene: Scene) -> Iterator[Diagnostic]:
+    """Constants by which a law of finite strain gives way somewhere, in a scene that asks for such a law."""
+    if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
+        return
+    for material, at in _materials(scene):
+        if (known := getattr(material, "gives_way", None)) is not None:
+            field, why = known
+            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "it gives way somewhere",
+                             "where it does is looked for after every answer (W366); `neo_hookean_isochoric` and "
+                             "`stable_neo_hookean` never do")  # fmt: skip
+
+
 def _pascals(young: float) -> str:
     return f"{young:.6g} Pa" if young < SOFTEST else units.show(young, units.PRESSURE)
 
@@ -153,6 +165,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
+    _densities, _stiffnesses, _convexities, _gravities, _registered, _courses, _settled,
     _mirrored,
 )  # fmt: skip

@@ -167,7 +167,14 @@ def page(name: str) -> str | None:
     if name.lower() not in ABSENT and meant and not _unit(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
-    return _unit(name)
+    return _unit(name) or _of_library(name)
+
+
+def _of_library(name: str) -> str | None:
+    """The page of a material of the library."""
+    from softmark.interpreter.cli import library
+
+    return library.page(name)
 
 
 def _field_page(name: str) -> str:

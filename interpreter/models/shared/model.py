@@ -59,6 +59,7 @@ class Model:
     # what it is
     reduces: str | None = None  # the model whose equations it reduces
     constant = False  # its stiffness never changes
+    even = False  # its strain is the same everywhere, at its ends too
     unsolved = False  # it may accept states that are not solved
     finely: tuple[str, ...] = ()  # its fields that say how finely it solves
 
