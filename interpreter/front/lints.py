@@ -16,7 +16,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -70,6 +70,18 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
         )
 
 
+def _convexities(scene: Scene) -> Iterator[Diagnostic]:
+    """Constants by which a law of finite strain gives way somewhere, in a scene that asks for such a law."""
+    if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
+        return
+    for material, at in _materials(scene):
+        if (known := getattr(material, "gives_way", None)) is not None:
+            field, why = known
+            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "it gives way somewhere",
+                             "where it does is looked for after every answer (W366); `neo_hookean_isochoric` and "
+                             "`stable_neo_hookean` never do")  # fmt: skip
+
+
 def _pascals(young: float) -> str:
     return f"{young:.6g} Pa" if young < SOFTEST else units.show(young, units.PRESSURE)
 
@@ -106,7 +118,7 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
 
 def _courses(scene: Scene) -> Iterator[Diagnostic]:
     """A state of rest knows no time."""
-    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
+    if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         if declared.thing.course is not None:
@@ -153,6 +165,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
+    _densities, _stiffnesses, _convexities, _gravities, _registered, _courses, _settled,
     _mirrored,
 )  # fmt: skip

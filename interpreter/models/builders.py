@@ -12,6 +12,7 @@ from typing import Any
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
@@ -22,10 +23,14 @@ BUILDERS: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.build",
     Beam6Dof: "softmark.interpreter.models.beam.build",
     Frame6Dof: "softmark.interpreter.models.network.build",
+    Homogeneous: "softmark.interpreter.models.homogeneous.build",
     MassSpring: "softmark.interpreter.models.springs.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",
 }
+
+# of bodies whose stress relaxes
+REMEMBERING: dict[type[Any], str] = {Fem: "softmark.interpreter.models.fem.ageing"}
 
 
 def load(model: Any) -> None:
@@ -36,7 +41,10 @@ def load(model: Any) -> None:
 def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """A model of a scene as arrays, ready to solve; the workshop may build others for it. Raises Fault."""
     workshop.build = build
-    prepared: Prepared = _builder(declared.thing).prepare(declared.thing, declared, case, workshop)
+    builder = _builder(declared.thing)
+    if any(material.branches for material in case.materials):
+        builder = import_module(REMEMBERING[type(declared.thing)])
+    prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
     return prepared
 
 

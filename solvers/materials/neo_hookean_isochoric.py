@@ -29,6 +29,8 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     Mechanics" (2000), section 6.4.
     """
 
+    polyconvex = True
+
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli, of K the first has 5 mu/3, as much as at nu = 1/4."""
         return _Shear(**vars(self)), _Volume(**vars(self))
@@ -38,6 +40,10 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
         from softmark.solvers.materials.constraints import VolumeRatio
 
         return _Shape(**vars(self)), VolumeRatio()
+
+    def isochoric(self) -> Law:
+        """Without what K holds."""
+        return _Isochoric(**vars(self))
 
     @property
     def _of_shear(self) -> float:
@@ -72,6 +78,15 @@ class _Shear(NeoHookeanIsochoric):
     def bulk_modulus(self) -> float:
         """What stays at every point, Pa."""
         return self._of_shear
+
+
+class _Isochoric(NeoHookeanIsochoric):
+    """The part that no change of volume changes."""
+
+    @property
+    def bulk_modulus(self) -> float:
+        """None."""
+        return 0.0
 
 
 class _Volume(NeoHookeanIsochoric):

@@ -39,6 +39,16 @@ class Thin(Isotropic):
         """A plate of a material."""
         return of if isinstance(of, cls) else cls(of.young, of.poisson, of.density, of)
 
+    @property
+    def polyconvex(self) -> bool:  # type: ignore[override]
+        """As the solid."""
+        return self.of is not None and self.of.polyconvex
+
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:  # type: ignore[override]
+        """Those of the solid."""
+        return () if self.of is None else self.of.branches
+
     def finite_law(self) -> Law | None:
         """The law of the solid: `law_for` makes that of the plate of it."""
         return None if self.of is None else self.of.finite_law()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.evidence import finer
+from softmark.interpreter.evidence import finer, softening
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
@@ -41,7 +41,10 @@ class Solids(Sized):
     """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
 
     def facts(self, found: Found) -> dict[str, Any]:
-        """Of a solid that cannot change its volume: by how much a cell does, and the whole."""
+        """Where its law gives way; of a solid that keeps its volume, by how much a cell does not, and the whole."""
+        return softening.facts(found) | self._volumes(found)
+
+    def _volumes(self, found: Found) -> dict[str, Any]:
         mesh = found.solution.mesh
         if mesh is None or found.case.largest_poisson < 0.5 or not found.case.uniform:
             return {}
@@ -77,7 +80,8 @@ class Solids(Sized):
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
         why = ""
-        if not isinstance(answer.case.analysis, Dynamic):
+        past = any(material.branches for material in answer.case.materials)
+        if not isinstance(answer.case.analysis, Dynamic) and not past:
             try:
                 return self._from_finer(answer, seen)
             except Unknown as unknown:
@@ -157,6 +161,8 @@ class Solids(Sized):
     def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
         """What the model would be with the best strain measure that there is, where it is another."""
         materials = replace(answer.own, other_material=None).materials
+        if any(material.branches for material in materials) and thing.strain != "finite":
+            raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
         finite = [material.finite_law() is not None for material in materials]
         if any(finite) and not all(finite):
             raise Unknown("its materials have no measure of strain in common that is the best of each")

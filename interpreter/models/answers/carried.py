@@ -76,6 +76,8 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    holders: tuple[Holder, ...] = ()  # of a model that has its own: what supports hold
+    dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
 
