@@ -9,7 +9,6 @@ from softmark.interpreter.language.scene import Location
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.mesh.combined import Combined
 from softmark.solvers.mesh.filled import Filled
-from softmark.solvers.mesh.flat_file import FlatFile
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import MeshFile
 
@@ -23,9 +22,8 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
         one, other = (located(own, at) for own in shape.pair)
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined
-    if isinstance(shape, FlatFile):
-        flat: AnyShape = replace(shape, region=located(shape.region, at))
-        return flat
+    if shape.flat and shape.prebuilt:
+        return _of_region(shape, at)
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
         return shape
     from softmark.references.data import Unavailable, find
@@ -37,3 +35,13 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
         raise fault(
             "E406", at, f"the data set `{path}` is not available: {failure.reason}", help=failure.remedy
         ) from failure
+
+
+def _of_region(shape: AnyShape, at: Location) -> AnyShape:
+    """The same of a plane region in a file."""
+    from softmark.solvers.mesh.flat_file import FlatFile  # of no other scene
+
+    if not isinstance(shape, FlatFile):
+        return shape
+    here: AnyShape = replace(shape, region=located(shape.region, at))
+    return here

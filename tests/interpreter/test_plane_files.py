@@ -9,6 +9,7 @@ import meshio
 import numpy as np
 import pytest
 from flat_files import KINDS, clockwise, outline, plane_cells, write
+from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.run.options import Options
@@ -104,7 +105,7 @@ def test_triangles_of_gmsh_are_those_of_the_shape(tmp_path: Path) -> None:
 @pytest.mark.parametrize("element", KINDS)
 def test_answers_are_those_of_the_same_cells_made_by_a_shape(tmp_path: Path, element: str, body: str) -> None:
     """Materials, supports, loads, probes, reactions and stated errors, by groups and by coordinates."""
-    same(body, element, "finite" if body == "plane_stress" else "small", sheet(tmp_path / "sheet.4.msh", element))
+    same(body, element, "corotational" if body == "plane_stress" else "small", sheet(tmp_path / "sheet.4.msh", element))
 
 
 @pytest.mark.slow
@@ -208,3 +209,12 @@ def test_a_curved_side_stays_where_the_file_has_it(tmp_path: Path) -> None:
     places = [{tuple(x) for x in np.round(mesh.points, 12).tolist()} for mesh in (shape.mesh("quad9"),
                                                                                ring.mesh("quad9", SIZE))]  # fmt: skip
     assert places[0] == places[1]
+
+
+@pytest.mark.slow
+def test_shapes_load_nothing_of_plane_files(tmp_path: Path) -> None:
+    """Neither plane bodies of shapes nor solids of files know of it; a plane body of a file does."""
+    of_file, of_shape, _ = texts("plane_strain", "tri3", "small", sheet(tmp_path / "sheet.msh", "tri3"))
+    known = {"solvers.mesh.flat_file", "solvers.mesh.files.flat_cells"}
+    assert not known & loaded_by(of_shape)
+    assert known <= loaded_by(of_file)
