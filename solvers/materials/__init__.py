@@ -8,12 +8,18 @@ in MATERIALS. Its constants may be arrays, one for each of the points that its l
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from softmark.solvers.materials.active import Active
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.drag import Drag
+from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
+from softmark.solvers.materials.guccione import Guccione
+from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
+from softmark.solvers.materials.holzapfel_ogden import HolzapfelOgden
 from softmark.solvers.materials.isotropic import Isotropic
 from softmark.solvers.materials.law import Law, project
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -22,6 +28,7 @@ from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.materials.transversely_isotropic import TransverselyIsotropic
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,7 +36,7 @@ else:
     from softmark.solvers.base.deferred import np
 
 __all__ = [
-    "MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for", "parts_for",
+    "DIRECTED", "MATERIALS", "NAMED", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for", "parts_for",
     "project",
 ]  # fmt: skip
 
@@ -40,6 +47,17 @@ MATERIALS: dict[str, type[Isotropic]] = {
     "st_venant_kirchhoff": StVenantKirchhoff,
     "stable_neo_hookean": StableNeoHookean,
 }
+
+DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropic`
+    "transversely_isotropic": TransverselyIsotropic,
+    "holzapfel_gasser_ogden": HolzapfelGasserOgden,
+    "holzapfel_ogden": HolzapfelOgden,
+    "guccione": Guccione,
+    "fung_orthotropic": FungOrthotropic,
+    "active": Active,
+}
+
+NAMED: ChainMap[str, type[Any]] = ChainMap(MATERIALS, DIRECTED)  # all that a scene can name
 
 
 class NoFiniteLaw(Exception):
