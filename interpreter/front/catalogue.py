@@ -16,7 +16,7 @@ from softmark.interpreter.language.schema import Vocabulary
 CATALOGUE = Vocabulary(
     {  # kind of declaration: its module and the table there
         "shape": ("solvers.mesh.shapes", "SHAPES"),
-        "material": ("solvers.materials", "MATERIALS"),
+        "material": ("solvers.materials", "NAMED"),
         "body": ("interpreter.vocabulary", "BODIES"),
         "region": ("interpreter.vocabulary", "REGIONS"),
         "support": ("interpreter.vocabulary", "SUPPORTS"),
@@ -28,6 +28,7 @@ CATALOGUE = Vocabulary(
         "metric": ("interpreter.metrics", "METRICS"),
         "published": ("interpreter.vocabulary", "PUBLISHED"),
         "course": ("interpreter.vocabulary", "COURSES"),
+        "fibres": ("interpreter.vocabulary.fibres", "FIBRES"),
         "field": ("interpreter.vocabulary.fields", "FIELDS"),
         "stiffness": ("interpreter.models.springs.words", "STIFFNESSES"),
         "study": ("interpreter.vocabulary", "STUDIES"),

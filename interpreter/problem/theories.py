@@ -31,6 +31,10 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if any(getattr(material, "directed", False) for material in case.materials):
+        from softmark.interpreter.problem.directed import must_be_isotropic
+
+        must_be_isotropic(reference, case)
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 

@@ -52,6 +52,7 @@ class Anisotropic(Blockwise):
     thin = False
     varying = ("density",)  # numbers that may vary in space: directions do by rules of their own
     directed = True  # what isotropic theories must not be asked about
+    sheeted = False  # it is not alike in all directions across the fibres
 
     # ------------------------------------------------------------------ the law
 
@@ -138,7 +139,8 @@ class Anisotropic(Blockwise):
             return self
         flat = X.reshape(-1, 3)
         f, s = _at(self.fibres, flat), _at(self.sheets, flat)
-        f, s = f if isinstance(f, tuple) else (f, s)
+        f, known = f if isinstance(f, tuple) else (f, None)
+        s = s[0] if isinstance(s, tuple) else known if s is None else s
         return replace(self, fibres=Frame.at(f, s, X.shape[:-1]), **self._no_sheets)  # type: ignore[type-var]
 
     @property
@@ -197,6 +199,13 @@ class Anisotropic(Blockwise):
     @property
     def _resisting(self) -> float:
         return 0.0 if self.bulk is None else self.bulk
+
+
+def missing_sheets(material: Any) -> bool:
+    """Whether its law tells directions across the fibres apart, and nothing says which they are."""
+    rule = material.fibres
+    return bool(material.sheeted and material.sheets is None and not isinstance(rule, Frame) and
+                not getattr(rule, "with_sheets", False))  # fmt: skip
 
 
 def _at(direction: Any, X: Array) -> Any:

@@ -18,7 +18,11 @@ PARALLEL = 1e-6  # sine of the angle between fibres and sheets below which they 
 
 
 class NoDirection(ValueError):
-    """A direction that is none: zero, not a number, or along the fibres where it is to lie across them."""
+    """A direction that is none: zero, not a number, or along the fibres where it is to lie across them; `place`, m."""
+
+    def __init__(self, reason: str, place: tuple[float, float, float] | None = None) -> None:
+        super().__init__(reason)
+        self.reason, self.place = reason, place
 
 
 @dataclass(frozen=True)

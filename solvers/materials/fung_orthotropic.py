@@ -104,6 +104,8 @@ class FungOrthotropic(ExponentialOfStrain):
     couple normal strains.
     """
 
+    sheeted = True
+
     stiffness: Annotated[float, "Pa in (0, inf)", "C, which every stress is in proportion to"]
     bff: Annotated[float, "1 in (0, inf)", "of the strain along the fibres"]
     bss: Annotated[float, "1 in (0, inf)", "of the strain along the sheets"]

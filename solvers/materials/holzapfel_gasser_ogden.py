@@ -28,10 +28,12 @@ class HolzapfelGasserOgden(Reinforced):
     hyperelastic formulation for the modelling of soft tissue".
     """
 
+    sheeted = True
+
     c: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix"]
     k1: Annotated[float, "Pa in (0, inf)", "of the fibres: a quarter of the modulus that a family adds when just taut"]
     k2: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
-    angle: Annotated[float, "deg in [0, 1.5707963267948966]", "of both families from `fibres`, one to each side"]
+    angle: Annotated[float, "rad in [0, 1.5707963267948966]", "of both families from `fibres`, one to each side"]
     density: Density
     fibres: Fibres
     sheets: Sheets

@@ -28,6 +28,8 @@ class HolzapfelOgden(Reinforced):
     Source: Holzapfel, Ogden (2009), "Constitutive modelling of passive myocardium", Phil. Trans. R. Soc. A 367:3445.
     """
 
+    sheeted = True
+
     a: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix at rest"]
     b: Annotated[float, "1 in (0, inf)", "how soon the matrix grows stiffer"]
     af: Annotated[float, "Pa in [0, inf)", "of the fibres"]
@@ -38,7 +40,7 @@ class HolzapfelOgden(Reinforced):
     bfs: Annotated[float, "1 in [0, inf)", "how soon that shear grows stiffer"]
     density: Density
     fibres: Fibres
-    sheets: Sheets
+    sheets: Sheets = None
     bulk: Bulk = None
     onset: Onset = ONSET
 

@@ -126,6 +126,10 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
     material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
+    if getattr(material, "directed", False):
+        from softmark.interpreter.evidence import fibres
+
+        return fibres.pressed_of(case, body, own)
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
@@ -145,6 +149,10 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
 def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
     """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked."""
     turned = model.rotation == "element"
+    if getattr(case.material, "directed", False):
+        from softmark.interpreter.evidence import fibres
+
+        return fibres.body_of(case, points, cells, kind, u)
     if case.uniform:
         terms, stiff = terms_of(model, case)
         return CheckedBody(points, cells, kind, u, terms, stiff, turned, case.depth)

@@ -260,12 +260,14 @@ def at_rest(
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
     each = sampled(pieces(case, mesh, parts))
     formulations.must_be_compressible(declared, each)
-    internal, twins = formulations.of_parts(model, each, energies)
+    passive, tensions = muscles(each)
+    internal, twins = formulations.of_parts(model, passive, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
-    assembly = Assembly(dofs, fixed, internal, unknowns.loads(together(applied, mesh.points.size)), points)
+    outside = [*together(applied, mesh.points.size), *tensions]
+    assembly = Assembly(dofs, fixed, internal, unknowns.loads(outside), points)
     formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
         assembly,
@@ -295,6 +297,24 @@ def at_rest(
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
     return PreparedSolid(*known, applied=(*applied,), pieces=each, axial=case.depth > 0.0), parts
+
+
+def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[Energy]]:
+    """The pieces with their materials as they are when they do not pull, and the energies of what pulls.
+
+    These come with the loads, in the same steps. Of no muscle the pieces as they are, and none.
+    """
+    if not any(hasattr(own.case.material, "passive") for own in each):
+        return each, []
+    passive, tensions = [], list[Energy]()
+    for own in each:
+        material = own.case.material
+        while hasattr(material, "passive"):
+            pull = replace(own.case, other_material=material.pull)
+            tensions.append(elastic_of(pull, own.mesh, own.parts, "finite"))
+            material = material.passive
+        passive.append(replace(own, case=replace(own.case, other_material=material)))
+    return passive, tensions
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
