@@ -20,7 +20,7 @@ HALVINGS = 60
 
 
 def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
-    """A direction at points X (n, 3), m, of any length (n, 3), and sheets that the same rule tells. Raises Unchecked."""
+    """A direction at points X (n, 3), m, of any length (n, 3), and sheets by the same rule. Raises Unchecked."""
     match direction:
         case Helix():
             return wound(direction, X)
@@ -89,9 +89,12 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Che
     return fibres.DirectedBody(points, cells, kind, u, term, stiff, False, case.depth, material, axes_of(material))
 
 
-def pressed_of(case: Case, body: tuple[Any, ...], own: Floats | None) -> Pressed:
+def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
     """The same with pressures. Raises Unchecked."""
     material = _known(case)
     axes, mu = axes_of(material), material.shear_modulus
-    first = fibres.split_of(material, axes(np.zeros((1, 3)))) if case.uniform else fibres.split_of(material, np.eye(3))
-    return VaryingPressed(*body, first, mu, own, case.depth, apart=lambda X: fibres.split_of(material, axes(X)))
+    anywhere = fibres.split_of(material, np.eye(3)[None])
+    return VaryingPressed(
+        points, cells, kind, u, anywhere, mu, pressures, case.depth,
+        apart=lambda X: fibres.split_of(material, axes(X)),
+    )  # fmt: skip

@@ -424,9 +424,8 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons,
-    _curves, _courses,
-    _published, _expectations, _use,
+    _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
+    _comparisons, _curves, _courses, _published, _expectations, _use,
 )  # fmt: skip
 
 

@@ -39,14 +39,13 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
         if missing_sheets(thing):
             yield diagnostic("E366", declared.at("fibres"), f"`{declared.name}` is unlike in directions across its "
                              "fibres, and nothing says which these are", "no sheets",
-                             "give `sheets = +y`, or a rule for the fibres that knows sheets, as `helix(...)` "
-                             "does")  # fmt: skip
+                             "give `sheets = +y`, or a rule that knows sheets, as `helix(...)` does")  # fmt: skip
         elif not thing.turning:
             try:
                 Frame.of(thing.fibres, thing.sheets)
             except NoDirection as error:
                 yield diagnostic("E366", declared.at("sheets"), f"`{declared.name}` has no direction across its "
-                                 f"fibres: {error.reason}", "no direction", "sheets must lie across fibres")  # fmt: skip
+                                 f"fibres: {error.reason}", "no direction", "sheets lie across fibres")  # fmt: skip
         for name in ("fibres", "sheets"):
             if wrong := getattr(getattr(thing, name), "fault", ""):
                 yield diagnostic("E366", declared.at(name), f"the {name} of `{declared.name}` have no rule: {wrong}",
@@ -60,13 +59,13 @@ def _muscle(declared: Declared) -> Iterator[Diagnostic]:
         yield diagnostic("E367", declared.at("law"), f"`{declared.name}` pulls along fibres, and its law has none",
                          "no fibres", "give `own = +x`, or a law with fibres, such as `guccione(...)`")  # fmt: skip
     elif law.finite_law() is None or hasattr(law, "passive"):
-        why = "pulls already" if hasattr(law, "passive") else "has no law for finite strain"
-        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of a material that {why}",
+        why = "pulls already" if hasattr(law, "passive") else "has no law of finite strain"
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what {why}",
                          "not a law that it can add to",
                          "use `guccione(...)` or `neo_hookean(...)`, and one tension")  # fmt: skip
     elif not law.uniform and not getattr(law, "turning", False):
-        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of a material whose constants vary in space",
-                         "one value of each constant", "directions of fibres may vary, other constants not")  # fmt: skip
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what varies in space",
+                         "one value of each constant", "directions may vary, other constants not")  # fmt: skip
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -82,9 +81,9 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     elif case.planar:
         yield from _planar(declared, case)
     elif isinstance(case.analysis, Dynamic) and any(hasattr(m, "passive") for m in case.materials):
-        yield diagnostic("E368", declared.at(), f"`{declared.name}` moves, and muscle that pulls is known at rest alone",
-                         "not in a dynamic analysis", "use `static()`, in which the tension grows with the loads, or the"
-                         " law without `active`")  # fmt: skip
+        yield diagnostic("E368", declared.at(), f"`{declared.name}` moves, and muscle pulls at rest alone",
+                         "not in a dynamic analysis", "use `static()`, in which tension grows with loads, or the law"
+                         " without `active`")  # fmt: skip
 
 
 def _planar(declared: Declared, case: Case) -> Iterator[Diagnostic]:

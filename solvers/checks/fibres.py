@@ -52,7 +52,7 @@ def _strand(k1: float, k2: float, E: Floats, onset: float | None) -> Floats:
     end = k1 * onset * np.exp(k2 * onset**2)
     steep = end * (1.0 + 2.0 * k2 * onset**2)  # the slope times the onset
     begun = end * t**2 * (3.0 - 2.0 * t) + steep * t**2 * (t - 1.0)
-    return np.where(E >= onset, k1 * E * np.exp(k2 * E**2), begun)
+    return np.where(onset <= E, k1 * E * np.exp(k2 * E**2), begun)
 
 
 def _outer(a: Any) -> Floats:

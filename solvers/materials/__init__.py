@@ -36,8 +36,8 @@ else:
     from softmark.solvers.base.deferred import np
 
 __all__ = [
-    "DIRECTED", "MATERIALS", "NAMED", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for", "parts_for",
-    "project",
+    "DIRECTED", "MATERIALS", "NAMED", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
+    "parts_for", "project",
 ]  # fmt: skip
 
 MATERIALS: dict[str, type[Isotropic]] = {

@@ -24,7 +24,7 @@ class Pulling(Anisotropic):
     def _shape_psi(self, f: Array, axes: Array) -> Array:
         d = axes[0]
         moved = along(displacement_gradient(f), d)
-        longer: Array = sum((2.0 * d[i] + moved[i]) * moved[i] for i in range(3))  # type: ignore[assignment]
+        longer: Array = sum((2.0 * d[i] + moved[i]) * moved[i] for i in range(3))
         return 0.5 * self.tension * longer
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
@@ -66,7 +66,7 @@ class Active(Anisotropic):
     own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
 
     @property
-    def fibres(self) -> Any:  # type: ignore[override]
+    def fibres(self) -> Any:
         """Along which it pulls; None where there are none."""
         return getattr(self.law, "fibres", None) if self.own is None else self.own
 
@@ -112,7 +112,7 @@ class Active(Anisotropic):
     @property
     def frame(self) -> Frame:
         """Its directions. Raises TypeError where they are made of places, and none are known."""
-        return self.pull.frame if self.own is not None else self.law.frame  # type: ignore[no-any-return]
+        return self.pull.frame if self.own is not None else self.law.frame
 
     @property
     def density(self) -> Any:  # type: ignore[override]

@@ -49,7 +49,7 @@ class ExponentialOfStrain(Anisotropic):
         h = displacement_gradient(f)
         E = 0.5 * (h + transposed(h) + product(transposed(h), h))
         turned = [along(E, d) for d in axes]
-        return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]  # type: ignore[misc]
+        return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]
 
     def _form(self, e: list[Array]) -> Array:
         """Q (m,)."""
@@ -64,7 +64,7 @@ class ExponentialOfStrain(Anisotropic):
         for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True):
             rows[a][b] = rows[b][a] = w * x
         each = [sum(rows[a][b] * axes[b] for b in range(3)) for a in range(3)]
-        found: Array = sum(axes[a][:, None] * each[a][None] for a in range(3))  # type: ignore[index, assignment]
+        found: Array = sum(axes[a][:, None] * each[a][None] for a in range(3))
         return found
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
@@ -96,12 +96,12 @@ class ExponentialOfStrain(Anisotropic):
 class FungOrthotropic(ExponentialOfStrain):
     """Fung's orthotropic solid: stiffer by its exponential along fibres, sheets and across both, each by its own.
 
-    psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with the components of Green's strain E along fibres f, sheets s and n = f x s
+    psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f, sheets s and n = f x s
     Q = bff Eff^2 + bss Ess^2 + bnn Enn^2 + 2 bfs Efs^2 + 2 bfn Efn^2 + 2 bsn Esn^2
-    It resists compression as it does tension. With bulk left out J = 1, and `formulation = mixed` finds the pressure.
-    Source: Fung, Fronek, Patitucci (1979), "Pseudoelasticity of arteries and the choice of its mathematical expression";
-    Costa, Holmes, McCulloch (2001), "Modelling cardiac mechanical properties in three dimensions", without terms that
-    couple normal strains.
+    It resists compression as it does tension. With bulk left out J = 1: `formulation = mixed` finds the pressure.
+    Source: Fung, Fronek, Patitucci (1979), "Pseudoelasticity of arteries and the choice of its mathematical
+    expression"; Costa, Holmes, McCulloch (2001), "Modelling cardiac mechanical properties in three
+    dimensions", without terms that couple normal strains.
     """
 
     sheeted = True

@@ -21,9 +21,9 @@ class HolzapfelGasserOgden(Reinforced):
     E = kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1), I4 = |F a|^2, a = cos(angle) f +- sin(angle) s
     `fibres` is the direction that the angle is counted from (around the artery) and `sheets` the other in the plane of
     the fibres (along it). kappa = 0: all fibres of a family are parallel; 1/3: they lie in all directions alike. Where
-    E < 0 a family is slack, <E> = 0; its stress begins as a cubic over E = `onset`, so that the tangent does not jump, and
-    is that of the formula beyond. Invariants are those of F itself, which differs from forms with their isochoric parts
-    as far as the volume changes. With bulk left out J = 1, and `formulation = mixed` finds the pressure.
+    E < 0 a family is slack, <E> = 0; its stress begins as a cubic over E = `onset`, so that the tangent does not jump,
+    and is that of the formula beyond. Invariants are those of F itself, which differs from forms with their isochoric
+    parts as far as the volume changes. With bulk left out J = 1, and `formulation = mixed` finds the pressure.
     Source: Gasser, Ogden, Holzapfel (2006), J. R. Soc. Interface 3:15; Nolan et al. (2014), "A robust anisotropic
     hyperelastic formulation for the modelling of soft tissue".
     """

@@ -22,9 +22,9 @@ class HolzapfelOgden(Reinforced):
 
     psi = a/(2b) (exp(b (I1 - 3)) - 1) - a ln J + sum over i = f, s of ai/(2 bi) (exp(bi <I4i - 1>^2) - 1)
         + afs/(2 bfs) (exp(bfs I8^2) - 1) + K/2 (J - 1)^2, I4i = |F i|^2, I8 = F f . F s
-    Fibres and sheets resist tension alone: where they are shorter than at rest <I4i - 1> = 0, and their stress begins as
-    a cubic over I4i - 1 = `onset`, so that the tangent does not jump. -a ln J leaves no stress at rest. With bulk left out
-    J = 1, and `formulation = mixed` finds the pressure.
+    Fibres and sheets resist tension alone: where they are shorter than at rest <I4i - 1> = 0, and their stress begins
+    as a cubic over I4i - 1 = `onset`, so that the tangent does not jump. -a ln J leaves no stress at rest. With bulk
+    left out J = 1, and `formulation = mixed` finds the pressure.
     Source: Holzapfel, Ogden (2009), "Constitutive modelling of passive myocardium", Phil. Trans. R. Soc. A 367:3445.
     """
 

@@ -55,7 +55,7 @@ class Strand:
         b = steep * onset
         square, cube = 3.0 * end - b, b - 2.0 * end
         begun = onset * (square / 3.0 + cube / 4.0)
-        far, some = E >= onset, E > 0.0
+        far, some = onset <= E, E > 0.0
         psi = np.where(far, psi - whole + begun, onset * t**3 * (square / 3.0 + cube / 4.0 * t))
         slope = np.where(far, slope, t * t * (square + cube * t))
         return psi, slope, np.where(far, curvature, np.where(some, t * (2.0 * square + 3.0 * cube * t) / onset, 0.0))
@@ -106,7 +106,7 @@ class Reinforced(Anisotropic):
             moved = along(h, a)  # less a
             longer = sum((2.0 * a[i] + moved[i]) * moved[i] for i in range(3))  # I4 - 1, accurate near rest
             found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * longer))
-        return found  # type: ignore[return-value]
+        return found
 
     def _shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
         """F f, F s (3, m) and I8 (m,)."""

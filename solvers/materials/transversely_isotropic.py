@@ -19,8 +19,8 @@ class TransverselyIsotropic(Reinforced):
     psi = mu/2 (I1 - 3 - 2 ln J) + k1/(2 k2) (exp(k2 (I4 - 1)^2) - 1) + K/2 (J - 1)^2, I1 = tr F^T F, I4 = |F f|^2
     With k2 = 0 the fibre term is k1/2 (I4 - 1)^2: along the fibres 4 k1 is added to the modulus at rest. Fibres that
     resist tension alone have no term where they are shorter than at rest; their stress begins as a cubic over
-    I4 - 1 = `onset`, so that the tangent does not jump, and is that of the formula beyond. With bulk left out J = 1, and
-    `formulation = mixed` finds the pressure.
+    I4 - 1 = `onset`, so that the tangent does not jump, and is that of the formula beyond. With bulk left out J = 1,
+    and `formulation = mixed` finds the pressure.
     Source: Holzapfel, Gasser, Ogden (2000), J. Elasticity 61:1, with one family; Weiss, Maker, Govindjee (1996),
     "Finite element implementation of incompressible, transversely isotropic hyperelasticity", with another exponential.
     """

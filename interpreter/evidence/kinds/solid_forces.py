@@ -129,7 +129,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     if getattr(material, "directed", False):
         from softmark.interpreter.evidence import fibres
 
-        return fibres.pressed_of(case, body, own)
+        return fibres.pressed_of(case, *body, own)
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
