@@ -109,9 +109,10 @@ def _at_points(material: Isotropic, law: Any) -> Any:
     """A law or a drag of a material, by the constants of each point where they vary."""
     if not material.sampled:
         return law
-    from softmark.solvers.materials.varying import Varying
+    from softmark.solvers.materials.varying import Varying, arrays
 
-    return Varying(law)
+    known = next(arrays(law), None)  # of directions the moduli at rest know nothing
+    return law if known is None else Varying(law)
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:

@@ -25,6 +25,7 @@ InnerAlong = Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
 Outer = Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
 OuterAlong = Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
 Rim = Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
+Layers = Annotated[int | None, "1 in [1, 1000]", "cells through the wall; by the size without"]
 
 
 class Wall:
@@ -39,6 +40,7 @@ class Wall:
     outer: float
     outer_along: float
     rim: float
+    layers: int | None
 
     @property
     def fault(self) -> str:
@@ -89,6 +91,12 @@ class BowlSection(Wall, Flat):
     outer: Outer
     outer_along: OuterAlong
     rim: Rim
+    layers: Layers = None
+
+    def _divided(self, size: float) -> tuple[int, int]:
+        """Cells of a size (m) through the wall and along it."""
+        through, along = super()._divided(size)
+        return self.layers or through, along
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
         """s goes out through the wall, t from the tip to the rim."""
@@ -138,6 +146,7 @@ class Bowl(Wall, Shape):
     outer: Outer
     outer_along: OuterAlong
     rim: Rim
+    layers: Layers = None
     axis: Annotated[Vector3, "direction", "of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
     origin: Annotated[Vector3, "m", "the centre of both ellipsoids"] = (0.0, 0.0, 0.0)
 
@@ -175,7 +184,7 @@ class Bowl(Wall, Shape):
         from softmark.solvers.mesh.divisions import divisions, of_disc
 
         wall, way = self._sizes
-        return *of_disc(way, size), divisions(wall, size)
+        return *of_disc(way, size), self.layers or divisions(wall, size)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
@@ -183,7 +192,7 @@ class Bowl(Wall, Shape):
         from softmark.solvers.mesh.structured import disc, solid
 
         wall, way = self._sizes
-        flat = solid(disc(way, size), wall, size, kind)
+        flat = solid(disc(way, size), wall, wall / self.layers if self.layers else size, kind)
         u, v, s = flat.points.T
         far = np.hypot(u, v)
         on = np.where(far > 0.0, far, 1.0)
