@@ -8,8 +8,9 @@ import numpy as np
 
 from softmark.interpreter.evidence.graded import values
 from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.language.profiles import Streams
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.fibres import Helix, Streams
+from softmark.interpreter.vocabulary.fibres import Helix
 from softmark.solvers.checks import fibres
 from softmark.solvers.checks.pressures import Pressed
 from softmark.solvers.checks.solids import CheckedBody, Floats, StressTerm

@@ -169,7 +169,7 @@ def fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) ->
     if len(node.items) != 3 or node.unit is not None:
         raise binder.wrong(field, node, place)
     from softmark.interpreter.language import profile_syntax
-    from softmark.interpreter.vocabulary.fibres import Streams
+    from softmark.interpreter.language.profiles import Streams
 
     evaluator = binder.compiler.scope.evaluator(binder.module, place)
     parts = [profile_syntax.profile(item, evaluator, declared, field) for item in node.items]

@@ -1,7 +1,8 @@
-"""Directions of fibres that vary in space: rules, and vectors of expressions. To add a rule: a class, a line in FIBRES.
+"""Directions of fibres that vary in space, by rules. To add one: a class here, a line in FIBRES.
 
-What a rule has: `at(X)`, the directions at points X (n, 3) in m before deformation: (n, 3), of any length, or two such
-of fibres and of sheets. It is computed with numpy, which is not imported before. Raises NoDirection where it has none.
+What a rule has: `at(X, read)`, the directions at points X (n, 3) in m before deformation: (n, 3), of any length, or two
+such of fibres and of sheets; `read` reads fields. It is computed with numpy, which is not imported before. Raises
+NoDirection where it has none.
 """
 
 from __future__ import annotations
@@ -11,8 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.profiles import Profile
-
     Floats = Any  # (n, 3) of numpy
 
 Vector3 = tuple[float, float, float]
@@ -20,24 +19,6 @@ NEAR = 1e-12  # of the wall: how well its layer through a point is found
 STEPS = 60
 OUTSIDE = "it is not in the wall of the helix"
 BEYOND = 0.05  # of the wall: how far outside of it a point may be, as nodes of coarse meshes are
-
-
-@dataclass(frozen=True)
-class Streams:
-    """The direction of three expressions of the coordinates, `(-y, x, 0 mm)`: of one dimension, of any length."""
-
-    components: tuple[Profile, Profile, Profile]
-
-    def at(self, X: Floats) -> Floats:
-        """At points X (n, 3), m: (n, 3). Raises Unreadable where a field cannot be read."""
-        import numpy as np
-
-        from softmark.interpreter.problem.field_files import reading
-
-        return np.stack([part.values(X, reading) for part in self.components], axis=1)
-
-    def __str__(self) -> str:
-        return f"({', '.join(map(str, self.components))})"
 
 
 @dataclass(frozen=True)
@@ -85,7 +66,7 @@ class Helix:
                 break
         return t
 
-    def at(self, X: Floats) -> tuple[Floats, Floats]:
+    def at(self, X: Floats, read: Any = None) -> tuple[Floats, Floats]:
         """Fibres and sheets at points X (n, 3), m. Raises NoDirection on the axis and far outside of the wall."""
         import numpy as np
 

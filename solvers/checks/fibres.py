@@ -94,9 +94,9 @@ def _artery(m: HolzapfelGasserOgden, C: Floats) -> Floats:
 def _heart(m: HolzapfelOgden, C: Floats) -> Floats:
     f, s = EYE[0], EYE[1]
     S = m.a * (_scaled(np.exp(m.b * _first(C)), EYE) - np.linalg.inv(C))
-    S = S + _scaled(2.0 * _strand(m.af, m.bf, _grown(C, f), m.onset), _outer(f))
-    S = S + _scaled(2.0 * _strand(m.as_, m.bs, _grown(C, s), m.onset), _outer(s))
-    shear = _strand(m.afs, m.bfs, C[:, 0, 1], None)
+    S = S + _scaled(2.0 * _strand(m.a_f, m.b_f, _grown(C, f), m.onset), _outer(f))
+    S = S + _scaled(2.0 * _strand(m.a_s, m.b_s, _grown(C, s), m.onset), _outer(s))
+    shear = _strand(m.a_fs, m.b_fs, C[:, 0, 1], None)
     return S + _scaled(shear, np.outer(f, s) + np.outer(s, f))
 
 

@@ -139,12 +139,12 @@ class Active(Anisotropic):
         """Whether constants or directions are arrays, of every point of integration."""
         return bool(self.law.sampled) or bool(getattr(self.own, "sampled", False))
 
-    def placed(self, X: Array) -> Any:
-        """The same with its directions at points X (m, q, 3), m. Raises NoDirection."""
-        law = self.law.placed(X) if hasattr(self.law, "placed") else self.law
+    def placed(self, X: Array, read: Any = None) -> Any:
+        """The same with its directions at points X (m, q, 3), m; `read` reads fields. Raises NoDirection."""
+        law = self.law.placed(X, read) if hasattr(self.law, "placed") else self.law
         if not hasattr(self.own, "at"):
             return replace(self, law=law)
-        return replace(self, law=law, own=Tension(1.0, self.own).placed(X).fibres)
+        return replace(self, law=law, own=Tension(1.0, self.own).placed(X, read).fibres)
 
     @property
     def shear_modulus(self) -> float:

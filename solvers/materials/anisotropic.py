@@ -133,12 +133,12 @@ class Anisotropic(Blockwise):
         """Whether its directions are arrays, those of every point of integration (varying.py)."""
         return isinstance(self.fibres, Frame) and self.fibres.sampled
 
-    def placed(self, X: Array) -> Any:
-        """The same with its directions at points X (m, q, 3), m. Raises NoDirection."""
+    def placed(self, X: Array, read: Any = None) -> Any:
+        """The same with its directions at points X (m, q, 3), m; `read` reads fields. Raises NoDirection."""
         if not self.turning:
             return self
         flat = X.reshape(-1, 3)
-        f, s = _at(self.fibres, flat), _at(self.sheets, flat)
+        f, s = _at(self.fibres, flat, read), _at(self.sheets, flat, read)
         f, known = f if isinstance(f, tuple) else (f, None)
         s = s[0] if isinstance(s, tuple) else known if s is None else s
         return replace(self, fibres=Frame.at(f, s, X.shape[:-1]), **self._no_sheets)  # type: ignore[type-var]
@@ -208,11 +208,13 @@ def missing_sheets(material: Any) -> bool:
                 not getattr(rule, "with_sheets", False))  # fmt: skip
 
 
-def _at(direction: Any, X: Array) -> Any:
+def _at(direction: Any, X: Array, read: Any) -> Any:
     """A direction at points (n, 3), m: (n, 3), or those of fibres and of sheets of a rule that knows both."""
     if direction is None:
         return None
-    return direction.at(X) if hasattr(direction, "at") else np.broadcast_to(np.array(direction, dtype=float), X.shape)
+    if hasattr(direction, "at"):
+        return direction.at(X, read)
+    return np.broadcast_to(np.array(direction, dtype=float), X.shape)
 
 
 def along(f: Array, d: Array) -> Array:

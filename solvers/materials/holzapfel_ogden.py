@@ -20,8 +20,8 @@ else:
 class HolzapfelOgden(Reinforced):
     """Passive heart muscle after Holzapfel and Ogden: an exponential matrix, fibres, sheets, and shear between them.
 
-    psi = a/(2b) (exp(b (I1 - 3)) - 1) - a ln J + sum over i = f, s of ai/(2 bi) (exp(bi <I4i - 1>^2) - 1)
-        + afs/(2 bfs) (exp(bfs I8^2) - 1) + K/2 (J - 1)^2, I4i = |F i|^2, I8 = F f . F s
+    psi = a/(2b) (exp(b (I1 - 3)) - 1) - a ln J + sum over i = f, s of a_i/(2 b_i) (exp(b_i <I4i - 1>^2) - 1)
+        + a_fs/(2 b_fs) (exp(b_fs I8^2) - 1) + K/2 (J - 1)^2, I4i = |F i|^2, I8 = F f . F s
     Fibres and sheets resist tension alone: where they are shorter than at rest <I4i - 1> = 0, and their stress begins
     as a cubic over I4i - 1 = `onset`, so that the tangent does not jump. -a ln J leaves no stress at rest. With bulk
     left out J = 1, and `formulation = mixed` finds the pressure.
@@ -32,12 +32,12 @@ class HolzapfelOgden(Reinforced):
 
     a: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix at rest"]
     b: Annotated[float, "1 in (0, inf)", "how soon the matrix grows stiffer"]
-    af: Annotated[float, "Pa in [0, inf)", "of the fibres"]
-    bf: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
-    as_: Annotated[float, "Pa in [0, inf)", "of the sheets"]
-    bs: Annotated[float, "1 in [0, inf)", "how soon sheets grow stiffer"]
-    afs: Annotated[float, "Pa in [0, inf)", "of the shear between fibres and sheets"]
-    bfs: Annotated[float, "1 in [0, inf)", "how soon that shear grows stiffer"]
+    a_f: Annotated[float, "Pa in [0, inf)", "of the fibres"]
+    b_f: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
+    a_s: Annotated[float, "Pa in [0, inf)", "of the sheets"]
+    b_s: Annotated[float, "1 in [0, inf)", "how soon sheets grow stiffer"]
+    a_fs: Annotated[float, "Pa in [0, inf)", "of the shear between fibres and sheets"]
+    b_fs: Annotated[float, "1 in [0, inf)", "how soon that shear grows stiffer"]
     density: Density
     fibres: Fibres
     sheets: Sheets = None
@@ -47,12 +47,15 @@ class HolzapfelOgden(Reinforced):
     @property
     def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
         """Fibres and sheets."""
-        return ((1.0, 0.0), Strand(self.af, self.bf, self.onset)), ((0.0, 1.0), Strand(self.as_, self.bs, self.onset))
+        return ((1.0, 0.0), Strand(self.a_f, self.b_f, self.onset)), (
+            (0.0, 1.0),
+            Strand(self.a_s, self.b_s, self.onset),
+        )
 
     @property
     def coupled(self) -> Strand | None:
         """Of shear either way."""
-        return Strand(self.afs, self.bfs)
+        return Strand(self.a_fs, self.b_fs)
 
     @property
     def matrix_modulus(self) -> float:

@@ -245,6 +245,7 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
+    "outer_along": "30 mm", "rim": "5 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them

@@ -117,7 +117,7 @@ def turned(case: Case, mesh: Mesh) -> Any:
 
     at = case.body.at("material")
     try:
-        return case.material.placed(places(mesh, mesh.element.quadrature()))
+        return case.material.placed(places(mesh, mesh.element.quadrature()), reading)
     except NoDirection as error:
         where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
         raise fault(
@@ -137,7 +137,7 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
     """
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
-        found = material.placed(places(mesh, own))
+        found = material.placed(places(mesh, own), reading)
         return changed(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
     own = _rule(mesh) if mesh.element.constant else rule
     X = places(mesh, own)
