@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from softmark.interpreter.evidence.graded import values
+from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.profiles import Streams
+from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.fibres import Helix
 from softmark.solvers.checks import fibres
 from softmark.solvers.checks.pressures import Pressed
 from softmark.solvers.checks.solids import CheckedBody, Floats, StressTerm
 from softmark.solvers.checks.varying import VaryingPressed
-from softmark.solvers.materials.active import Active
 
 HALVINGS = 60
 
@@ -54,12 +56,8 @@ def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
     return (np.cos(angle) * by_v + np.sin(angle) * up) @ Q, np.cross(by_v, up) @ Q
 
 
-def axes_of(material: Any) -> fibres.Axes:
-    """What tells the axes of a material at points: along the fibres, and across them as sheets lie."""
-    own = material.own if isinstance(material, Active) and material.own is not None else None
-    law = material.law if isinstance(material, Active) else material
-    if own is not None:
-        raise Unchecked("there is no other formula for muscle with fibres of its own")
+def axes_of(law: Any) -> fibres.Axes:
+    """What tells the axes of a material at points: along fibres, and across them as sheets lie. Raises Unchecked."""
 
     def axes(X: Floats) -> Floats:
         f, known = vectors(law.fibres, X)
@@ -81,13 +79,17 @@ def _known(case: Case) -> Any:
     return material
 
 
+TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
+
+
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
     """Some cells of one material, deformed. Raises Unchecked."""
     material = _known(case)
-    mu = material.shear_modulus
-    stiff = 6.0 * mu + 9.0 * abs(material.lame_lambda)
-    term = (StressTerm(lambda F: F),)
-    return fibres.DirectedBody(points, cells, kind, u, term, stiff, False, case.depth, material, axes_of(material))
+    axes, K = axes_of(material), float(material.bulk or 0.0)
+    stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
+    return fibres.DirectedBody(
+        points, cells, kind, u, TERM, stiff, False, case.depth, lambda X: fibres.stress_of(material, axes(X), K)
+    )
 
 
 def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
@@ -99,3 +101,23 @@ def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pre
         points, cells, kind, u, anywhere, mu, pressures, case.depth,
         apart=lambda X: fibres.split_of(material, axes(X)),
     )  # fmt: skip
+
+
+def passive(case: Case) -> Case:
+    """The case of cells of one material that does not pull."""
+    return replace(case, other_material=case.material.passive) if hasattr(case.material, "passive") else case
+
+
+def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
+    """What the muscle of a mesh does at its nodes (n, 3), N: counted with the loads, with which it grows."""
+    found = np.zeros_like(mesh.points)
+    for own, which in alone(case, mesh):
+        muscle = own.material
+        if hasattr(muscle, "passive"):
+            cells = mesh.cells[which]
+            body = fibres.DirectedBody(
+                mesh.points, cells, mesh.kind, u, TERM, muscle.tension, False, case.depth,
+                lambda X, muscle=muscle: fibres.pull_of(muscle.tension, vectors(muscle.fibres, X)[0]),
+            )  # fmt: skip
+            found -= body.forces(cells)[0]
+    return found

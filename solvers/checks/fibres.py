@@ -14,7 +14,6 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.checks.pressures import Split
 from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm, cofactor, rule, shape
-from softmark.solvers.materials.active import Active
 from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
 from softmark.solvers.materials.guccione import Guccione
 from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
@@ -108,23 +107,28 @@ KNOWN: dict[type, Callable[[Any, Floats], Floats]] = {
 
 def known(material: Any) -> bool:
     """Whether there are formulas for it."""
-    return type(material.law if isinstance(material, Active) else material) in KNOWN
+    return type(material) in KNOWN
 
 
 def stress_of(material: Any, axes: Floats, bulk: float) -> Stress:
     """P of F (n, 3, 3) with the axes of the material (n, 3, 3), rows f, s and n, or (1, 3, 3); K in Pa is given."""
-    law, pull = (material.law, material.tension) if isinstance(material, Active) else (material, 0.0)
 
     def stress(F: Floats) -> Floats:
         R = np.broadcast_to(axes, F.shape)
         G = F @ R.swapaxes(1, 2)  # into the axes of the material
-        S = KNOWN[type(law)](law, G.swapaxes(1, 2) @ G)
-        S = S + pull * _outer(EYE[0])
+        S = KNOWN[type(material)](material, G.swapaxes(1, 2) @ G)
         C, J = cofactor(F)
         P: Floats = G @ S @ R + _scaled(bulk * (J - 1.0), C)
         return P
 
     return stress
+
+
+def pull_of(tension: float, f: Floats) -> Stress:
+    """What muscle adds to P of F (n, 3, 3), along fibres f (n, 3), of any length: F S with S = T f (x) f."""
+    unit = f / np.linalg.norm(f, axis=1, keepdims=True)
+    S = tension * unit[:, :, None] * unit[:, None, :]
+    return lambda F: F @ S
 
 
 def split_of(material: Any, axes: Floats) -> Split:
@@ -141,13 +145,12 @@ def split_of(material: Any, axes: Floats) -> Split:
 
 @dataclass(frozen=True)
 class DirectedBody(CheckedBody):
-    """A body whose material knows directions: `axes` tells them at points."""
+    """A body whose material knows directions: `at` tells its stress at points (n, 3), m."""
 
-    material: Any = None
-    axes: Axes | None = None
+    at: Callable[[Floats], Stress] | None = None
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
-        if self.axes is None:
+        if self.at is None:
             raise TypeError("a material without its directions")
         X = np.einsum("qa,mai->mqi", shape(self.kind, rule(self.kind)[0]), self.points[cells]).reshape(-1, 3)
-        return stress_of(self.material, self.axes(X), self.material.bulk or 0.0)(F)
+        return self.at(X)(F)

@@ -62,7 +62,8 @@ class Carried:
     (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
     moment, as those of an energy that does not see rotations. What acts on an `axial` body, one of revolution about
-    the y axis, comes to a force along it, and to no moment.
+    the y axis, comes to a force along it, and to no moment. `pulling` (n, 6) is what muscle within does, which comes to
+    nothing, and is a measure of what acts all the same.
     """
 
     X: Floats
@@ -75,6 +76,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    pulling: Floats | None = None
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""
@@ -116,7 +118,8 @@ class Holder:
 
 
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
-            small: bool, turns_freely: bool = True, axial: bool = False) -> Carried:  # fmt: skip
+            small: bool, turns_freely: bool = True, axial: bool = False,
+            muscles: Sequence[Energy] = ()) -> Carried:  # fmt: skip
     """Of a state of a mesh whose nodes move by u (3 n,), m; other unknowns of the `state` follow these."""
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
@@ -125,7 +128,8 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     energy = float(sum(e.value(exact) for e in assembly.internal))
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
-    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial)
+    pulling = sum((_plain(_force(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
+    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling)
 
 
 def _force(load: Energy, u: Floats) -> Floats:

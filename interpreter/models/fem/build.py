@@ -86,6 +86,7 @@ class PreparedSolid(OnMesh):
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
     axial: bool = False  # it is a body of revolution
+    muscles: tuple[Energy, ...] = ()  # what pulls within, with the loads
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -166,7 +167,7 @@ class PreparedSolid(OnMesh):
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
-        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial)
+        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, self.muscles)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -296,7 +297,7 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    return PreparedSolid(*known, applied=(*applied,), pieces=each, axial=case.depth > 0.0), parts
+    return PreparedSolid(*known, applied=(*applied,), pieces=each, axial=case.depth > 0.0, muscles=(*tensions,)), parts
 
 
 def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[Energy]]:
