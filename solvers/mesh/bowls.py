@@ -189,10 +189,12 @@ class Bowl(Wall, Shape):
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.mesh import Mesh
-        from softmark.solvers.mesh.structured import disc, solid
+        from softmark.solvers.mesh.sides import Around
+        from softmark.solvers.mesh.structured import disc, rounded, solid
 
         wall, way = self._sizes
         flat = solid(disc(way, size), wall, wall / self.layers if self.layers else size, kind)
+        flat = rounded(flat, (Around((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # so that the rim is flat
         u, v, s = flat.points.T
         far = np.hypot(u, v)
         on = np.where(far > 0.0, far, 1.0)
