@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +17,7 @@ from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.fibres import Helix
 from softmark.solvers.checks import fibres
 from softmark.solvers.checks.pressures import Pressed
-from softmark.solvers.checks.solids import CheckedBody, Floats, StressTerm
+from softmark.solvers.checks.solids import CheckedBody, Floats, Stress, StressTerm
 from softmark.solvers.checks.varying import VaryingPressed
 
 HALVINGS = 60
@@ -114,10 +115,12 @@ def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
     for own, which in alone(case, mesh):
         muscle = own.material
         if hasattr(muscle, "passive"):
-            cells = mesh.cells[which]
-            body = fibres.DirectedBody(
-                mesh.points, cells, mesh.kind, u, TERM, muscle.tension, False, case.depth,
-                lambda X, muscle=muscle: fibres.pull_of(muscle.tension, vectors(muscle.fibres, X)[0]),
-            )  # fmt: skip
+            cells, at = mesh.cells[which], _pulling(muscle)
+            body = fibres.DirectedBody(mesh.points, cells, mesh.kind, u, TERM, muscle.tension, False, case.depth, at)
             found -= body.forces(cells)[0]
     return found
+
+
+def _pulling(muscle: Any) -> Callable[[Floats], Stress]:
+    """The stress of its tension at points."""
+    return lambda X: fibres.pull_of(muscle.tension, vectors(muscle.fibres, X)[0])
