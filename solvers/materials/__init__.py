@@ -57,7 +57,7 @@ DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropi
     "active": Active,
 }
 
-NAMED: ChainMap[str, type[Any]] = ChainMap(MATERIALS, DIRECTED)  # all that a scene can name
+NAMED: ChainMap[str, type[Any]] = ChainMap(DIRECTED, MATERIALS)  # all that a scene can name
 
 
 class NoFiniteLaw(Exception):
