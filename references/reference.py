@@ -5,21 +5,22 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 How = Literal["solved", "measured", "refined", "scanned"]
-About = Literal["cantilever", "torsion", "bar", "tendons", "sphere", "hole"]
+About = Literal["cantilever", "torsion", "bar", "tendons", "sphere", "hole", "frame"]
 
 
 class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    PulledBar, a DrivenRod or a RoundCore what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints
-    or a MeasuredCurve.
+    PulledBar, a DrivenRod, a RoundCore or a Frame what that does. `measured`: `load()` gives a MeasuredSurface,
+    MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"
     graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
+    wired: ClassVar[bool] = False  # whether it is about networks, and no other bodies
     with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[About] = "cantilever"  # what it is solved for

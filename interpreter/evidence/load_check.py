@@ -95,11 +95,11 @@ def _pushed(
     """
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
-    for whole, (f, xi, w), (g, left) in _selected(load.where, case, mesh):
+    for whole, (f, xi, w), (g, left) in selected(load.where, case, mesh):
         if isinstance(load, Tensile | Follower) or whole.shape[1] == 3:
             found += solids.surface_forces(surface, whole, push, case.depth)
         else:
-            for each, at, weights in _sampled(whole):
+            for each, at, weights in sampled(whole):
                 found += solids.part_forces(surface, each, at, weights, push, case.depth)
         found += solids.part_forces(surface, f, xi, w, push, case.depth)
         vague = solids.part_forces(surface, g, np.full((len(g), 2), 0.25), left, push, case.depth)
@@ -124,8 +124,8 @@ def _turned(load: Turning, case: Case, mesh: Mesh, surface: Floats) -> tuple[Flo
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
     vague = 0.0
-    for whole, parts, (g, left) in _selected(load.where, case, mesh):
-        for facets, xi, w in (*_sampled(whole), parts):
+    for whole, parts, (g, left) in selected(load.where, case, mesh):
+        for facets, xi, w in (*sampled(whole), parts):
             known.append((facets, solids.shape(facets.shape[1], xi), w * _stretch(mesh.points, facets, xi)))
         vague += float(left @ _stretch(mesh.points, g, np.full((len(g), 2), 0.25)))
     area = np.concatenate([own for _, _, own in known])
@@ -151,12 +151,12 @@ Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weig
 Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 
 
-def _selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
+def selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
     """Facets (w, k) that are selected whole, points on parts of others, and facets (v, k) with what is not sure there.
 
     For every side of the body; found once for a mesh, in all states and by all models that share it. Raises Unchecked.
     """
-    if (key := (_selected, where)) not in mesh.selections:
+    if (key := (selected, where)) not in mesh.selections:
         mesh.selections[key] = list(_swept(where, case, mesh))
     return list(mesh.selections[key])
 
@@ -180,7 +180,7 @@ def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
         raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
 
 
-def _sampled(facets: Ints) -> Iterator[Points]:
+def sampled(facets: Ints) -> Iterator[Points]:
     """Points on whole facets (f, k) that may be curved, some facets at a time."""
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))

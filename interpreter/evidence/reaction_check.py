@@ -7,6 +7,7 @@ that it holds, from the cells around them.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from softmark.interpreter.evidence.load_check import MOST_UNSURE
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.at_rest import at_rest
-from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench
+from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench, holders, reactions
 from softmark.interpreter.results.reactions import Reaction
 from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
 from softmark.solvers.checks.solids import EPS, Floats
@@ -53,10 +54,21 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
         )
     if unknown is not None:
         return {"reactions": facts | {"apart": None, "reason": unknown}}, reason
-    apart = _apart(carried, known, again, scale)
+    apart = min(_apart(carried, own, again, scale) for own in (known, _written(found, carried) or known))
     if reason is None and not apart * scale <= max(allowed, _unsure(found.case) * scale) + noise:
         reason = f"the reaction of a support is {apart:.1e} of the largest load away from what other formulas find"
     return {"reactions": facts | {"apart": apart}}, reason
+
+
+def _written(found: Found, carried: Carried) -> Mapping[str, Reaction]:
+    """Reactions in the state as its numbers are, which is what other formulas see; nothing where there is no other.
+
+    What constraints carry they find by balance, and are as free of rounding as the reactions that are told.
+    """
+    if carried.written is None:
+        return {}
+    held = holders(found.case, found.prepared.mesh, found.declared.thing)
+    return reactions(replace(carried, left=carried.written), held)
 
 
 def _again(voucher: Voucher, found: Found) -> tuple[Mapping[str, Wrench], float, str | None]:

@@ -13,7 +13,6 @@ from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
-from softmark.solvers.mesh.shape import Swept
 
 EPS = float(np.finfo(np.float64).eps)
 USUAL = 1e6 * EPS  # what rounding does at least where the stiffness was not looked at: a condition number of 1e6
@@ -28,9 +27,9 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     if isinstance(seen, ToneAnswer):
         return seen.lost(typical(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
-        return float(facts["rounding"]) * seen.size
+        return float(facts["rounding"]) * seen.acting
     if facts.get("condition") is not None:
-        return 10.0 * EPS * float(facts["condition"]) * seen.size
+        return 10.0 * EPS * float(facts["condition"]) * seen.acting
     checks = facts.get("checks") or {}
     # differences of coordinates along a cell, of which strain is a part
     strain = float(checks.get("largest_strain") or 0.0)
@@ -39,24 +38,24 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
         raise Unknown("its strain is so small beside its coordinates that rounding may take all of it")
-    return found * seen.size
+    return found * seen.acting
 
 
 def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:
     """Those of the mesh; without one those that are looked at, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
-    if len(seen.X) or not (isinstance(case.shape, Swept) or case.shape.wired):
+    if len(seen.X) or not (case.shape.swept or case.shape.wired):
         return seen.X
-    if isinstance(case.shape, Swept):
-        return np.array([case.shape.centre(0.0), case.shape.centre(case.shape.length)])
+    if (along := case.shape.swept) is not None:
+        return np.array([along.centre(0.0), along.centre(along.length)])
     return np.array(case.shape.bounds)
 
 
 def _extent(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> float:
     """Of the body, m."""
     bounds = np.ptp(_points(case, mesh, seen), axis=0).max()
-    return float(bounds) or (case.shape.length if isinstance(case.shape, Swept) else 0.0) or 1.0
+    return float(bounds) or (along.length if (along := case.shape.swept) is not None else 0.0) or 1.0
 
 
 def _reach(case: Case, mesh: Moved | None, count: int, seen: ProbeAnswer) -> tuple[float, float]:

@@ -29,6 +29,8 @@ def reactions(case: Case, prepared: Prepared, known: AtRest) -> dict[str, HeldSu
         carried, own = None if known.reason is not None else known.reactions[name], grips.get(name)
         held, beyond = (None, 0.0) if own is None else (own.held, own.beyond)
         found[name] = HeldSupport(held, beyond, carried, known.reason)
+    for name, share in _beds(case, prepared).items():
+        found[name] = HeldSupport(share, 0.0, None if known.reason is not None else known.reactions[name], known.reason)
     return found
 
 
@@ -36,6 +38,7 @@ def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of selections; none where all that is selected is held, and no more."""
     grips = _grips(whole.case, whole.prepared)
     left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)
+    left = max(left, *(abs(1.0 - share) for share in _beds(whole.case, whole.prepared).values()), 0.0)
     if left == 0.0:
         return {}
     if not any(own.missed for own in grips.values()):
@@ -47,6 +50,22 @@ def _apart(whole: Answer, seen: ProbeAnswer) -> float:
     """How far the same is with everything held that supports select a part of."""
     solution, _ = whole.solved("wide", whole.declared, replace(whole.case, wide=True))
     return seen.apart(seen.of(solution))
+
+
+def _beds(case: Case, prepared: Prepared) -> dict[str, float]:
+    """What share of the area that each bed selects is on it, by name, as far as its shape knows of areas."""
+    if prepared.mesh is None or not case.beds:
+        return {}
+    from softmark.interpreter.problem.parts.surface import loaded
+    from softmark.interpreter.problem.parts.true import selected
+
+    found = {}
+    for bed in case.beds:
+        on_mesh, exact = loaded(case.shape, prepared.mesh, bed.thing.where), None
+        if not case.planar:
+            exact = selected(case.shape, bed.thing.where)
+        found[bed.name] = on_mesh.area / exact[0] if exact else 1.0
+    return found
 
 
 def _grips(case: Case, prepared: Prepared) -> dict[str, Grip]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -28,7 +29,7 @@ def asks(scene: Scene) -> bool:
 def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
     """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, OfTensors)]
-    found = [d for metric in asked for d in _said(metric, view, prepared)]
+    found = [d for metric in asked for d in _said(metric, view, prepared, scene.declared[view.name].thing)]
     if any(isinstance(load.thing.action, AtPoint | PerLength) for load in view.case.loads):
         found += _under_forces(scene, view, prepared)
     return tuple(found)
@@ -59,11 +60,27 @@ def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diag
             )
 
 
-def _said(metric: Declared, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnostic]:
+    """Of beams, whose sections are not free to warp and to grow thin where something holds them."""
+    from softmark.interpreter.models.beam.disturbed import disturbed
+
+    if place := disturbed(view.case, thing, view.probes[metric.thing.probe].points):
+        yield diagnostic(
+            "W356", metric.at("probe"),
+            f"`{metric.name}` looks at `{view.name}` within a width of {place}, where the theory of sections is crude",
+            "not as free as in theory",
+            "the number is that of a section far from supports, forces and joints; `fem(...)` knows what is there",
+        )  # fmt: skip
+
+
+def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
     if view.message is not None or metric.thing.over == "mean" or metric.thing.probe not in view.probes:
         return
     from softmark.interpreter.evidence.stress_limits import limitless
 
+    if prepared.mesh is None and view.stress is not None:
+        yield from _beside_ends(metric, view, thing)
+        return
     place = limitless(metric.thing, view.case, prepared.mesh, view.probes[metric.thing.probe].points)
     if place and view.stress is not None:
         yield diagnostic(

@@ -35,7 +35,7 @@ from softmark.interpreter.vocabulary.supports import Symmetric
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
-    found: list[Diagnostic] = [*states.faults(scene)] if complete else []
+    found: list[Diagnostic] = [*states.faults(scene), *_given_values(scene)] if complete else []
     where = states.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(where, found)
@@ -186,7 +186,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
-    loose = {case.body.name: case for case in cases if not case.named_supports}
+    loose = {case.body.name: case for case in cases if not case.named_supports and not case.beds}
     for case in loose.values():
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
@@ -269,7 +269,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
             continue
-        if case.shape.wired:
+        if case.shape.wired and not reference.thing.wired:
             yield from _wired(reference, case)
             continue
         loose = not case.supports and _blamed(case.body, found)
@@ -344,6 +344,14 @@ def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         from softmark.interpreter.front import curves
 
         yield from curves.faults(scene, found)
+
+
+def _given_values(scene: Scene) -> Iterator[Diagnostic]:
+    """Values that a scene gives for all its states, and what is held against them."""
+    if any(d.constructor.name == "values" for d in scene.of_kind("reference").values()):
+        from softmark.interpreter.front import values
+
+        yield from values.faults(scene)
 
 
 def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:

@@ -26,7 +26,8 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """A theory of one body, of a network."""
     yield diagnostic("E344", declared.at(), f"`{declared.name}` knows nothing of `{case.body.name}`, a network of "
-                     "beams", "not of networks", "give closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
+                     "beams", "not of networks",
+                     "use `frame_theory(...)`, closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
 
 
 def seen(scene: Scene) -> Iterator[Diagnostic]:

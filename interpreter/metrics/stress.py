@@ -25,6 +25,9 @@ class Stress(OfTensors):
     small, both measures are one. The `largest` is that of the greatest magnitude, with its sign; in motion it is that
     of the last moment.
 
+    Beams at rest have that of their sections, by the theories of Navier and Saint-Venant, which holds a width away from
+    what holds, loads or joins them (W356).
+
     Stress of the cells follows from the law and, where they have pressures, from these, and jumps from cell to cell.
     What is told here is recovered from it to nodes by polynomials over patches of cells (Zienkiewicz and Zhu 1992) and
     is continuous: its error falls with h^2 in linear elements and with h^3 in quadratic ones, by observation over

@@ -176,7 +176,7 @@ def field_of(told: Told) -> Stresses:
     """The stresses of who is seen. Raises Undefined where it has none."""
     if told is None:
         raise Undefined(
-            "only finite elements have a stress at every point, and this is known by its displacements alone"
+            "only finite elements and beams have a stress at every point, and this is known by its displacements alone"
         )
     from softmark.solvers.stresses.sampled import NoStress
 

@@ -14,7 +14,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
-from softmark.interpreter.vocabulary.supports import InPlane, OnAxis
+from softmark.interpreter.vocabulary.supports import Bedded, InPlane, OnAxis
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
 
@@ -43,6 +43,7 @@ class Case:
     other_material: Any = None  # that a model takes instead of the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
+    beds: tuple[Declared, ...] = ()  # springs that it lies on: supports that hold nothing where it is
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
     leaning: tuple[int, int] = (
         0,
@@ -57,10 +58,10 @@ class Case:
 
     @property
     def prism(self) -> Swept:
-        """The same where it is known to have one section along an axis. Raises TypeError."""
-        if not isinstance(self.shape, Swept):
+        """The same where it is known to have sections along an axis. Raises TypeError."""
+        if (found := self.shape.swept) is None:
             raise TypeError(f"`{self.body.name}` has no section along an axis")
-        return self.shape
+        return found
 
     @property
     def material(self) -> Any:
@@ -134,12 +135,15 @@ def _made(scene: Scene, body: str) -> Case:
     regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
         regions = []  # parts of the body's own material are parts in name only
+    acting = scene.acting("support", body)
+    beds = tuple(s for s in acting if isinstance(s.thing, Bedded))
     return Case(
         body=scene.declared[body],
-        supports=(*scene.acting("support", body), *in_plane(scene.declared[body])),
+        supports=(*(s for s in acting if not isinstance(s.thing, Bedded)), *in_plane(scene.declared[body])),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
         parts=tuple(regions),
+        beds=beds,
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 

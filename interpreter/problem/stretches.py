@@ -11,7 +11,7 @@ from softmark.interpreter.language.conditions import RELATIVE_TOLERANCE, Border,
 from softmark.solvers.mesh.shape import dot, moved
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Swept, Vector3
+    from softmark.solvers.mesh.shape import Section, Swept, Vector3
 
 END = 1e-6  # of the length: borders closer to an end face are that face
 SAME = 1e-8  # of the length: stations that are nearer are one
@@ -69,14 +69,14 @@ def _measured(condition: Condition, shape: Swept, station: float, extent: float)
 def _uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
     """Whether borders that are all planes pass the section: areas near a border that is parallel to it take long."""
     _, first, second = shape.frame(station)
-    centre = shape.centre(station)
+    centre, section = shape.centre(station), shape.section_at(station)
     for border in condition.borders:
         if border.plane is None:
             return False
         a, slack = border.plane[:3], RELATIVE_TOLERANCE * extent**border.power
         level = dot(a, centre) + border.plane[3]
-        low = level - shape.section.support(-dot(a, first), -dot(a, second))
-        if low < -slack and level + shape.section.support(dot(a, first), dot(a, second)) > slack:
+        low = level - section.support(-dot(a, first), -dot(a, second))
+        if low < -slack and level + section.support(dot(a, first), dot(a, second)) > slack:
             return False
     return True
 
@@ -163,16 +163,17 @@ def _first(near: float, far: float, holds: Any) -> float:
 
 
 @lru_cache(maxsize=64)
-def _of_section(shape: Swept) -> tuple[tuple[float, float], ...]:
-    """Points of its cross-section, in the section."""
-    return tuple(shape.section.samples())
+def _of_section(section: Section) -> tuple[tuple[float, float], ...]:
+    """Points of a cross-section, in the section."""
+    return tuple(section.samples())
 
 
 def _points(shape: Swept, station: float) -> list[Point]:
     """Points of the cross-section at a station, m."""
     _, (ax, ay, az), (bx, by, bz) = shape.frame(station)
     x, y, z = shape.centre(station)
-    return [(x + (u * ax + v * bx), y + (u * ay + v * by), z + (u * az + v * bz)) for u, v in _of_section(shape)]
+    own = _of_section(shape.section_at(station))
+    return [(x + (u * ax + v * bx), y + (u * ay + v * by), z + (u * az + v * bz)) for u, v in own]
 
 
 def borders(condition: Condition, shape: Swept) -> list[float]:

@@ -87,7 +87,11 @@ def _first(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring |
 
 def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
     """EA, GA2, GA3, GJ, EI2 and EI3; nothing is taken from the section that models compute with."""
-    section, E, nu = _first(case.shape, frame), case.material.young, case.material.poisson
+    return resists(_first(case.shape, frame), case.material.young, case.material.poisson)
+
+
+def resists(section: Disc | Ring | Rectangle, E: float, nu: float) -> tuple[float, float, float, float, float, float]:
+    """EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area
     about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment

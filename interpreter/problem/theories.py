@@ -35,6 +35,9 @@ def problem_of(reference: Declared, case: Case) -> Any:
         from softmark.interpreter.problem.directed import must_be_isotropic
 
         must_be_isotropic(reference, case)
+    for bed in case.beds:
+        problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
+        raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 
@@ -61,6 +64,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.tendon_theory import driven_rod_of
 
             return driven_rod_of(case)
+        case "frame":
+            from softmark.interpreter.problem.frame_problem import frame_of
+
+            return frame_of(case)
         case "bar":
             from softmark.interpreter.problem.bar_theory import bar_of
 
@@ -70,7 +77,8 @@ def _problem(reference: Declared, case: Case) -> Any:
 
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
-    found: Theory = reference.thing.solve(problem_of(reference, case))
+    problem = problem_of(reference, case)
+    found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
     return found
 
 
@@ -93,6 +101,15 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
 
     told = Told(found)  # type: ignore[arg-type]
     return lambda: told
+
+
+def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
+    """Why it is not the truth of the body as it is loaded; None where nothing speaks against it."""
+    if not reference.thing.with_stress:
+        return None
+    from softmark.interpreter.problem.far_stress import doubt_of
+
+    return doubt_of(found)  # type: ignore[arg-type]
 
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:

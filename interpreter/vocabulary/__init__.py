@@ -24,7 +24,7 @@ from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, 
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Follows, Hinged, Symmetric, Turned
+from softmark.interpreter.vocabulary.supports import Bedded, Displaced, Fixed, Follows, Hinged, Symmetric, Turned
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -46,6 +46,7 @@ SUPPORTS: dict[str, type[Any]] = {
     "follows": Follows,
     "symmetric": Symmetric,
     "hinged": Hinged,
+    "bedded": Bedded,
 }
 
 LOADS: dict[str, type[Any]] = {

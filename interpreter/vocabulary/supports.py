@@ -8,7 +8,7 @@ it is refused by every model whose `supports` do not name it, until its formulas
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from softmark.interpreter.vocabulary.loads import at_state, scaled
 from softmark.records import dataclass
@@ -255,3 +255,23 @@ class Hinged(ByVector):
     def moves(self) -> bool:  # type: ignore[override]
         """Whether it imposes a motion."""
         return any(self.by)
+
+
+@dataclass(frozen=True)
+class Bedded(Support):
+    """Lets a part of a surface lie on springs, and on dashpots: on tissue around it, foam, soil.
+
+    A traction -(stiffness u + damping v) acts on every point of it, u how far it has moved and v how fast, per area
+    before deformation: in all directions, or along the normal before deformation alone (`directions = normal`), so that
+    it slides. Springs pull as they press: what lifts off is not known to them. They keep their directions, and have no
+    moment of their own. The dashpots act in a dynamic analysis. Finite elements take it, in space and in the plane.
+    What stands between bed and body is a reaction as of any support: `force(NAME, along = +z)`.
+    """
+
+    components = ()  # it holds nothing where it is
+
+    body: Annotated[str, "body", "the body that lies on it"]
+    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
+    stiffness: Annotated[float, "Pa/m in (0, inf)", "traction for each length moved: `10 kPa/mm`"]
+    damping: Annotated[float, "Pa*s/m in [0, inf)", "traction for each speed"] = 0.0
+    directions: Annotated[Literal["all", "normal"], "the ways in which it acts"] = "all"

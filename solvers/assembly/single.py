@@ -55,7 +55,7 @@ class SingleAssembly(Assembly):
     def _gradients(self) -> float:
         """The largest gradient of a shape function, 1/m: a last digit of a displacement is a strain times that."""
         whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, Together) else (e,))]
-        steepest = [float(np.abs(part.dNdX).max()) for part in whole]
+        steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
         return max(steepest, default=0.0)
 
     def gradient(self, x: Floats, load: float) -> Floats:

@@ -1,19 +1,22 @@
-"""Rayleigh damping of a step."""
+"""Damping of a step: Rayleigh's, and of dashpots."""
 
 from __future__ import annotations
+
+from typing import TypeGuard
 
 import numpy as np
 
 from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.dynamics.problem import Rayleigh
 from softmark.solvers.dynamics.scheme import Motion, Stage
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Dashpots, Energy, Floats
 
 
 class Damping:
-    """C = alpha M + beta K, K the definite stiffness of the internal forces in the state to which the velocity belongs.
+    """C = alpha M + beta K and the matrix of dashpots.
 
-    In any other state a velocity that keeps the volume seems to change it, by O(h), and the bulk modulus of a nearly
+    K is the definite stiffness of the internal forces in the state to which the velocity belongs: in any other state a
+    velocity that keeps the volume seems to change it, by O(h), and the bulk modulus of a nearly
     incompressible body makes a brake of that.
     """
 
@@ -28,11 +31,12 @@ class Damping:
         self._towing = np.zeros(forces.dofs)  # K direction
         self._x = np.zeros(0)
         self._none = np.zeros(forces.dofs)
+        self._dashpots = [(e, s) for e, s in zip(forces.internal, forces.pattern.slots, strict=False) if dashpots(e)]
 
     @property
     def active(self) -> bool:
         """Whether there is any."""
-        return bool(self.rayleigh.alpha or self.rayleigh.beta)
+        return bool(self.rayleigh.alpha or self.rayleigh.beta or self._dashpots)
 
     def begin(self, x: Floats) -> None:
         """Set C to that of the state x."""
@@ -44,6 +48,8 @@ class Damping:
             return
         self.data = beta * self.forces.drag(x) if beta else np.zeros(len(self.forces.pattern.indices))
         self.forces.add_mass(self.data, alpha)
+        for energy, slots in self._dashpots:
+            energy.add_damping(self.data, slots)
         self._C = self.forces.pattern.matrix(self.data)
         if beta and self.length:
             self._towing = self._stiffness_times(self.direction)
@@ -81,6 +87,7 @@ class Damping:
             f[free] += (self.rayleigh.alpha * (self.forces.M @ supports) + self.rayleigh.beta * rate * self._towing)[
                 free
             ]
+            f[free] += self._dragged(supports)[free]
         return f
 
     def reaction(self, v: Floats) -> Floats:
@@ -88,9 +95,16 @@ class Damping:
         f = np.zeros_like(v)
         if self.active and self.length:
             fixed = self.forces.fixed
-            f[fixed] = self.rayleigh.alpha * (self.forces.M @ v)[fixed]
+            f[fixed] = (self.rayleigh.alpha * (self.forces.M @ v) + self._dragged(v))[fixed]
             if self.rayleigh.beta:
                 f[fixed] += self.rayleigh.beta * self._stiffness_times(v)[fixed]
+        return f
+
+    def _dragged(self, v: Floats) -> Floats:
+        """What dashpots take at speeds v (dofs,), N."""
+        f = np.zeros_like(v)
+        for energy, _ in self._dashpots:
+            energy.add_drag(v, f)
         return f
 
     def _stiffness_times(self, d: Floats) -> Floats:
@@ -101,3 +115,8 @@ class Damping:
         eps = 1e-6 * max(1e-3, float(np.abs(self._x).max())) / largest
         ahead, back = (self.forces.within(self._x + s * eps * d) for s in (1.0, -1.0))
         return (ahead - back) / (2.0 * eps)
+
+
+def dashpots(energy: Energy) -> TypeGuard[Dashpots]:
+    """Whether an energy has dashpots."""
+    return energy.damps

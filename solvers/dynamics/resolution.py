@@ -158,7 +158,8 @@ def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float
         solve = factor((K + SHIFT * top * M).tocsr(), symmetric=forces.conservative).solve
     except (Singular, ValueError):
         return None
-    loose = not len(forces.fixed) and points.size == forces.dofs  # else held, or in coordinates of a reduced model
+    # else held, on a bed, or in coordinates of a reduced model
+    loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
     return _inverse(K, M, solve, push, _rigid(points, free, M) if loose else None, RIGID * top)
 
 

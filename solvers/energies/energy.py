@@ -27,6 +27,8 @@ class Energy(Protocol):
     """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
 
     saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
+    damps: ClassVar[bool] = False  # it has dashpots too, as `Dashpots` says
+    grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
 
     @property
@@ -51,6 +53,20 @@ class Energy(Protocol):
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: no state can be told from equilibrium below it."""
+
+
+class Dashpots(Energy):
+    """An energy beside which forces act in proportion to speeds, by a definite matrix that never changes."""
+
+    damps = True
+
+    def add_drag(self, v: Floats, f: Floats) -> None:
+        """f (dofs,) += C v, N, of velocities v, m/s."""
+        raise NotImplementedError(f"{type(self).__name__} has no dashpots")
+
+    def add_damping(self, data: Floats, slots: Ints) -> None:
+        """data (nnz,) += C at the slots of the Hessian, N s/m."""
+        raise NotImplementedError(f"{type(self).__name__} has no dashpots")
 
 
 class Lagging(Energy):

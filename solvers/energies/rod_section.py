@@ -65,6 +65,14 @@ class VaryingStiffness:
     diagonal: Floats
     rigid: tuple[int, ...] = ()
 
+    def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> VaryingStiffness:
+        """As `RodStiffness.without`, with the largest bending or twisting stiffness of all elements."""
+        rigid = (() if axial else (0,)) + (() if shear else (1, 2))
+        diagonal = self.diagonal.copy()
+        floor = ratio * float(diagonal[:, 3:].max()) / length**2
+        diagonal[:, rigid] = np.maximum(diagonal[:, rigid], floor)
+        return VaryingStiffness(diagonal, rigid)
+
 
 @dataclass(frozen=True)
 class RodSection:

@@ -10,12 +10,13 @@ from softmark.records import dataclass
 from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import divisions
-from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3
+from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3, transverse
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.mesh.mesh import Floats, Mesh
+    from softmark.solvers.mesh.shape import Swept
 else:
     from softmark.solvers.base.deferred import np
 
@@ -30,7 +31,8 @@ class Extruded(Shape):
     x and y of a body along z, y and z of one along x, z and x of one along y. Sides must not cross or touch.
     Where all sides go along the coordinates, the section is meshed with a grid through its corners; a convex
     quadrilateral with one between its sides; any other with triangles, each cut in three. Layers of hexahedra go along
-    the body, or tetrahedra made of them. Its mesh has its volume exactly.
+    the body, or tetrahedra made of them. Its mesh has its volume exactly. A trapezoid whose ends stand straight across
+    x, y or z, and halve each other, is a body along an axis that tapers, which beams take.
     """
 
     gap = "no convex body"
@@ -49,6 +51,21 @@ class Extruded(Shape):
     def section(self) -> polygons.Corners:
         """The corners, counter-clockwise, m."""
         return polygons.turned(self.corners)
+
+    @property
+    def swept(self) -> Swept | None:
+        """Rectangles along the middle of a trapezoid whose two ends stand straight across it; None of another."""
+        from softmark.solvers.mesh.frame import tapering
+        from softmark.solvers.mesh.sections import Rectangle
+
+        if (found := polygons.trapezoid(self.corners)) is None:
+            return None
+        along, across = self._order[found.along], self._order[1 - found.along]
+        axis = (float(along == 0), float(along == 1), float(along == 2))
+        first = transverse(axis)[0][across] != 0.0
+        ends = [Rectangle(e, self.height) if first else Rectangle(self.height, e) for e in found.ends]
+        place = {along: found.begin, across: found.middle, self._order[2]: self.base + 0.5 * self.height}
+        return tapering((place[0], place[1], place[2]), axis, found.length, *ends)
 
     @property
     def convex(self) -> bool:

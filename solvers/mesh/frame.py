@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.sections import Disc, Rectangle
-from softmark.solvers.mesh.shape import Prism, Shape, Vector3, cross, dot
+from softmark.solvers.mesh.shape import Prism, Shape, Vector3, cross, dot, moved, transverse
 from softmark.solvers.mesh.tube import Annulus
 
 if TYPE_CHECKING:
@@ -102,6 +102,12 @@ class Member(Prism):
             low[i] = min(x[i] - section.support(-a, -b) for x, section in ends)
             high[i] = max(x[i] + section.support(a, b) for x, section in ends)
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+@lru_cache(maxsize=64)
+def tapering(root: Vector3, axis: Vector3, length: float, first: Section, last: Section) -> Member:
+    """What goes from one section to another along an axis, whose sections lie along `transverse(axis)`."""
+    return Member(root, moved(root, (length, axis)), (first, last), transverse(axis)[1])
 
 
 def between(one: Section, other: Section, t: float) -> Section:

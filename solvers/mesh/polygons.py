@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations
+from typing import NamedTuple
 
 Place = tuple[float, float]
 Corners = tuple[Place, ...]
@@ -134,3 +135,32 @@ def _sides(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
     (a, b), (c, d) = line
     p, q = ((c - a) * (y - b) - (d - b) * (x - a) for x, y in other)
     return math.copysign(1.0, p) * math.copysign(1.0, q)
+
+
+class Trapezoid(NamedTuple):
+    """Two sides across a coordinate (0 or 1), `ends` long, m, `length` apart, whose middles have the same other one."""
+
+    along: int
+    begin: float
+    length: float
+    middle: float
+    ends: tuple[float, float]
+
+
+@lru_cache(maxsize=64)
+def trapezoid(corners: Corners) -> Trapezoid | None:
+    """One as the longer of the two ways to see it; None of what is none."""
+    if len(corners) != 4:
+        return None
+    sides, found, slack = list(edges(corners)), [], SAME * extent(corners)
+    for one, other in ((sides[0], sides[2]), (sides[1], sides[3])):
+        for k in (0, 1):
+            (a, c), (b, d) = (sorted(end[k] for end in side) for side in (one, other))
+            if max(abs(c - a), abs(d - b)) > slack or abs(a - b) <= slack:
+                continue
+            spans = [sorted(end[1 - k] for end in side) for side in ((one, other) if a < b else (other, one))]
+            middles = [0.5 * (low + high) for low, high in spans]
+            sizes = spans[0][1] - spans[0][0], spans[1][1] - spans[1][0]
+            if abs(middles[1] - middles[0]) <= slack and min(sizes) > slack:
+                found.append(Trapezoid(k, min(a, b), abs(b - a), middles[0], sizes))
+    return max(found, key=lambda t: t.length, default=None)

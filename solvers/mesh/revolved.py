@@ -16,6 +16,7 @@ from softmark.solvers.mesh.sides import Conical
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Swept
 
 ON_AXIS = 1e-9  # of the largest radius: a corner that is nearer lies on the axis
 HEXAHEDRA = "it meets its axis at a tip, or more than once"
@@ -217,6 +218,16 @@ class Cone(Revolution):
     end: Annotated[float, "m in [0, inf)", "radius at the other end; 0 mm is a tip"] = 0.0
     axis: Annotated[Vector3, "direction", "direction of the axis, from the end at `origin`"] = (1.0, 0.0, 0.0)
     origin: Annotated[Vector3, "m", "centre of the end where the axis starts"] = (0.0, 0.0, 0.0)
+
+    @property
+    def swept(self) -> Swept | None:
+        """Discs along its axis; None of one with a tip, where a section would be nothing."""
+        from softmark.solvers.mesh.frame import tapering
+        from softmark.solvers.mesh.sections import Disc
+
+        if not self.end:
+            return None
+        return tapering(self.origin, self.axis, self.length, Disc(self.radius), Disc(self.end))
 
     @property
     def outline(self) -> Corners:

@@ -217,6 +217,11 @@ class Shape:
         return None
 
     @property
+    def least(self) -> float:
+        """A volume, m^3, that it has at least, as far as can be told without its surface."""
+        return self.volume or 0.0
+
+    @property
     def skin(self) -> float | None:
         """Exact area of its surface, m^2, where it is known."""
         return None
@@ -240,6 +245,11 @@ class Shape:
     def spans(self) -> dict[str, Span]:
         """Coordinates of its own, and their ends; none where meshes cannot be cut along them."""
         return {}
+
+    @property
+    def swept(self) -> Swept | None:
+        """The same as sections along an axis, which is what beams take; None where it is no such body."""
+        return None
 
     def place(self, *args: Any, **kwargs: Any) -> Vector3:
         """The point of its own coordinates, m."""
@@ -278,7 +288,15 @@ class Shape:
 
 
 class Swept(Shape):
-    """A body of one cross-section along an axis: what beams, and all that goes along an axis, ask of a shape."""
+    """A body of one cross-section along an axis: what beams, and all that goes along an axis, ask of a shape.
+
+    Where it tapers, `section` holds all of its sections, and `section_at` says each.
+    """
+
+    @property
+    def tapered(self) -> bool:
+        """Whether its sections differ."""
+        return False
 
     if TYPE_CHECKING:
 
@@ -299,8 +317,18 @@ class Swept(Shape):
             """The cross-section."""
 
     @property
+    def swept(self) -> Swept | None:
+        """Itself."""
+        return self
+
+    @property
     def bend(self) -> float:
         """The curvature of its axis, 1/m."""
+        return 0.0
+
+    @property
+    def slope(self) -> float:
+        """How fast half of its widest extent grows or shrinks along the axis."""
         return 0.0
 
     def section_at(self, station: float) -> Section:

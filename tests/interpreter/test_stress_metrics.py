@@ -52,17 +52,19 @@ def test_values_of_a_probe_that_is_more_than_a_point(tmp_path: Path) -> None:
 
 
 def test_who_has_no_stress_says_so(tmp_path: Path) -> None:
-    """A beam beside a solid: its column is empty, with the reason; a theory likewise."""
+    """Springs beside a solid: their column is empty, with the reason; a beam has that of its sections."""
     report = run(
         tmp_path,
         BAR
         + "model tets = fem(tet10, strain = small, size = 10 mm)\nmodel rod = beam6dof(segments = 8)\n"
+        + "model web = mass_spring(size = 10 mm, stiffness = from_material())\n"
         + "probe top = point(bar, at = (50, 10, 20) mm)\nmetric most = stress(top, component = xx)\n",
     )
+    assert report.models["rod"].metrics["most"].value == pytest.approx(BENDING, rel=1e-3)
     assert report.models["tets"].metrics["most"].value == pytest.approx(BENDING, rel=3e-3)
-    missing = report.models["rod"].metrics["most"]
+    missing = report.models["web"].metrics["most"]
     assert missing.value is None
-    assert "only finite elements" in missing.reason
+    assert "only finite elements and beams" in missing.reason
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import eigh
 
 import softmark
-from softmark.interpreter.evidence.kinds.networks import _clenshaw_curtis
+from softmark.interpreter.evidence.kinds.beam_forces import clenshaw_curtis
 from softmark.solvers.mesh.frame import Member, Network
 from softmark.solvers.mesh.sections import Disc, Rectangle
 from softmark.solvers.mesh.tube import Annulus
@@ -156,5 +156,5 @@ def test_a_square_stays_square() -> None:
 
 def test_the_other_rule_is_one() -> None:
     """Clenshaw and Curtis: exact for x^16 with 17 places."""
-    places, weights = _clenshaw_curtis(16)
+    places, weights = clenshaw_curtis(16)
     assert weights @ places**16 == pytest.approx(1.0 / 17.0, rel=1e-14)

@@ -24,7 +24,7 @@ from softmark.records import dataclass
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.rods import CheckedRod, frames
 from softmark.solvers.checks.solids import Floats, ForceBalance
-from softmark.solvers.mesh.shape import Prism, Section
+from softmark.solvers.mesh.shape import Prism, Section, Swept
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class BeamLine:
 
     @property
     def stiffness(self) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3."""
-        return stiffness(self.case.prism.section, self.case.material)
+        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of one that tapers those of each element (e, 6)."""
+        return along(self.case.prism, self.s, self.case.material)
 
     def rod(self, displacement: Any) -> tuple[CheckedRod, float]:
         """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
@@ -69,12 +69,16 @@ class BeamLine:
         for load in self.case.loads:
             match load.thing.action:
                 case PerMass(acceleration=g):
-                    w = self.case.material.density * shape.section.area * np.array(g)
+                    w = self.case.material.density * np.array(g)
+                    if shape.tapered:
+                        f += np.outer(hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w)
+                        continue
+                    w *= shape.section.area
                     f[:-1] += 0.5 * l[:, None] * w
                     f[1:] += 0.5 * l[:, None] * w
                 case PerArea(where=where, traction=traction):
                     end = 0 if coverage(where, shape, 0.0) == "all" else -1
-                    f[end] += shape.section.area * np.array(traction)
+                    f[end] += shape.section_at(self.s[end]).area * np.array(traction)
                 case Turning(where=where, moment=moment):
                     m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
                 case PerLength(begin=begin, end=end, force=q):
@@ -156,6 +160,29 @@ def stiffness(section: Section, material: Any) -> Floats:
     E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
     shear = section.shear_factor(material.poisson) * G * section.area
     return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
+
+
+FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
+
+
+def along(shape: Swept, s: Floats, material: Any) -> Floats:
+    """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered body those of each element (e, 6): means of 1 / C."""
+    if not shape.tapered:
+        return stiffness(shape.section, material)
+    at, weights = clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
+    fine = s[:-1, None] + np.diff(s)[:, None] * at
+    each = [[stiffness(shape.section_at(place), material) for place in row] for row in fine.tolist()]
+    found: Floats = 1.0 / np.einsum("g,egc->ec", weights, 1.0 / np.array(each))
+    return found
+
+
+def clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
+    """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
+    turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
+    b = np.where(k == n // 2, 1.0, 2.0)
+    weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
+    weights[[0, -1]] *= 0.5
+    return 0.5 * (1.0 - np.cos(turn)), weights / n
 
 
 def arm_of(section: Section) -> float:

@@ -12,6 +12,7 @@ from softmark.interpreter.evidence.kinds.beam_forces import balance_of, reaction
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
 from softmark.interpreter.evidence.orders import COARSE
 from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import curved, ribbon
 from softmark.interpreter.models.beam.words import Beam6Dof
@@ -20,6 +21,7 @@ from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
 from softmark.solvers.checks.solids import ForceBalance
 
+TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
 BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
 
 
@@ -75,6 +77,8 @@ class Beams(Voucher):
         """What the theory of beams leaves out. Raises Unknown."""
         if seen.in_forces:  # an energy goes with the square of what bends
             return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size
+        if isinstance(seen.metric, OfTensors):
+            return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * of_sections(answer, seen)
         if not seen.in_displacements:
             raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
         return left_out(answer.declared.thing, answer.case, answer.result) * seen.size
@@ -86,18 +90,31 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
 
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
+    What is pulled or pressed along its axis is neither sheared nor curled.
     """
     section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
     names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
     bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
-    missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
-    missing += curved.left_out(case.prism) + ribbon.stiffening(section, poisson, curvature + case.prism.bend)
+    length, bends = case.prism.length, ribbon.bends(section, case.prism.length, bent, stretched)
+    missing = bends * ribbon.missing(section, length, poisson, spans, thing.shear)
+    missing += (1.0 - bends) * ribbon.gripped(section, length, poisson, spans)
+    missing += TAPERED * case.prism.slope**2 + curved.left_out(case.prism)
+    missing += ribbon.stiffening(section, poisson, curvature + case.prism.bend)
     missing += ribbon.ovalling(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
         raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
     return missing + strained
+
+
+def of_sections(answer: Answer, seen: ProbeAnswer) -> float:
+    """What an error of the stress of sections is relative to. Raises Unknown where the theory knows nothing."""
+    from softmark.interpreter.models.beam.disturbed import disturbed
+
+    if place := disturbed(answer.case, answer.declared.thing, seen.X):
+        raise Unknown(f"it looks within a width of {place}, where the theory of sections is crude")
+    return seen.size
 
 
 VOUCHER = Beams()

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.kinds.beam_forces import arm_of, deformed, hats, stiffness, worse
-from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, Beams
+from softmark.interpreter.evidence.kinds.beam_forces import along, arm_of, deformed, hats, worse
+from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams, of_sections
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.orders import COARSE
@@ -19,6 +19,7 @@ from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, U
 from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.network import places
@@ -30,8 +31,6 @@ from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.mesh.frame import Member, Network
 from softmark.solvers.mesh.shape import transverse
 
-FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
-TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
 ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
@@ -78,19 +77,8 @@ class Frame:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
         shifts: Any = self.found.solution.displacement  # of a network, which knows its members
         x, R = deformed(X, across, arm_of(member.section), partial(shifts.of, number))
-        return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), self._C(number, member))
-
-    def _C(self, number: int, member: Member) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered member those of each element (e, 6): means of 1 / C."""
-        if not member.tapered:
-            return stiffness(member.section, self.found.case.material)
-        s = np.linspace(0.0, member.length, len(self.X[number]))
-        at, weights = _clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
-        fine = s[:-1, None] + np.diff(s)[:, None] * at
-        material = self.found.case.material
-        each = [[stiffness(member.section_at(place), material) for place in row] for row in fine.tolist()]
-        found: Floats = 1.0 / np.einsum("g,egc->ec", weights, 1.0 / np.array(each))
-        return found
+        C = along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
+        return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
 
     @cached_property
     def x(self) -> Floats:
@@ -192,15 +180,6 @@ class Frame:
         return found
 
 
-def _clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
-    """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
-    turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
-    b = np.where(k == n // 2, 1.0, 2.0)
-    weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
-    weights[[0, -1]] *= 0.5
-    return 0.5 * (1.0 - np.cos(turn)), weights / n
-
-
 def frame_of(found: Found) -> Frame:
     """The network of a solution; found once."""
     if frame_of not in found.known:
@@ -261,7 +240,8 @@ class Networks(Beams):
 
     def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What the theory of frames leaves out. Raises Unknown."""
-        if not (seen.in_forces or seen.in_displacements):
+        tensors = isinstance(seen.metric, OfTensors)
+        if not (seen.in_forces or seen.in_displacements or tensors):
             raise Unknown(f"{NO_ERROR}: what the theory of frames leaves out is known of displacements alone")
         checks = answer.result.solve.get("checks") or {}
         names = "bending_strain", "axial_strain", "curvature_per_m"
@@ -272,7 +252,8 @@ class Networks(Beams):
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
             raise Unknown(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
-        return (2.0 if seen.in_forces else 1.0) * (missing + strained) * seen.size
+        size = of_sections(answer, seen) if tensors else seen.size
+        return (2.0 if seen.in_forces or tensors else 1.0) * (missing + strained) * size
 
 
 def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:

@@ -47,13 +47,23 @@ class Solved:
 
     @cached_property
     def loads(self) -> tuple[Floats, float]:
-        """Forces of all loads at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
+        """Forces of all loads and beds at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
         found, unsure = loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
         if any(hasattr(material, "passive") for material in self.case.materials):
             from softmark.interpreter.evidence import fibres
 
             found = found + fibres.pulls(self.case, self.mesh, self.u)
-        return found, unsure
+        beds, vague = self.beds
+        return sum(beds.values(), found), unsure + vague
+
+    @cached_property
+    def beds(self) -> tuple[dict[str, Floats], float]:
+        """Forces of every bed at the nodes (n, 3), by name, and what of them is not sure, N. Raises Unchecked."""
+        if not self.case.beds:
+            return {}, 0.0
+        from softmark.interpreter.evidence.bed_check import of_beds
+
+        return of_beds(self.case, self.mesh, self.u)
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
         """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
@@ -102,7 +112,15 @@ def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
     inside, _, noise = state.inside(np.flatnonzero(state.held.any(axis=1)))
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
-    return by_support(state.case, state.mesh, inside - outside, x), LEFT * noise + unsure
+    held = by_support(state.case, state.mesh, inside - outside, x)
+    beds = {name: _alone(state.case, f, x) for name, f in state.beds[0].items()}
+    return held | beds, LEFT * noise + unsure
+
+
+def _alone(case: Case, f: Floats, x: Floats) -> Wrench:
+    """Of forces f (n, 3), N, at nodes x (n, 3), m, all of one bed."""
+    whole = np.hstack([f, np.zeros_like(f)])
+    return summed({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
 
 
 def by_support(case: Case, mesh: Moved, left: Floats, x: Floats) -> dict[str, Wrench]:

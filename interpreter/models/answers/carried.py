@@ -8,6 +8,7 @@ first in the scene has it, so that nothing counts twice.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,6 @@ from softmark.interpreter.results.loads import vector
 from softmark.interpreter.results.reactions import Reaction
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.mesh.shape import Swept
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -61,9 +61,10 @@ class Carried:
     nothing. Moments are about the columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads`
     (n, 6) what each load does at full size, `energy` the strain energy, J. `work` is that of each load at full size
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
-    moment, as those of an energy that does not see rotations. What acts on an `axial` body, one of revolution about
-    the y axis, comes to a force along it, and to no moment. `pulling` (n, 6) is what muscle within does, which comes to
-    nothing, and is a measure of what acts all the same.
+    moment, as those of an energy that does not see rotations. `written` (n, 6) are those left over in the state as its
+    numbers are, where `left` is without what rounding of these leaves. What acts on an `axial` body, one of revolution
+    about the y axis, comes to a force along it, and to no moment. `pulling` (n, 6) is what muscle within does, which
+    comes to nothing, and is a measure of what acts all the same.
     """
 
     X: Floats
@@ -76,6 +77,8 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    written: Floats | None = None
+    beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
     pulling: Floats | None = None
 
     def wrench(self, forces: Floats) -> Wrench:
@@ -103,6 +106,11 @@ class Carried:
         """The diagonal of the same, m."""
         return float(np.linalg.norm(np.ptp(self.x, axis=0)))
 
+    @cached_property
+    def largest(self) -> float:
+        """The largest load, N: the sizes of its forces at nodes, for a pressure all around comes to no force."""
+        return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
+
 
 @dataclass(frozen=True)
 class Holder:
@@ -129,7 +137,15 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
     pulling = sum((_plain(_force(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
-    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling)
+    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling)
+
+
+def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
+    """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
+    u = carried.u.ravel()
+    stored = sum(bed.value(u) for bed in beds.values())
+    each = {name: _plain(_force(bed, u)) for name, bed in beds.items()}
+    return replace(carried, energy=carried.energy - stored, beds=each)
 
 
 def _force(load: Energy, u: Floats) -> Floats:
@@ -151,7 +167,7 @@ def holders(case: Case, mesh: Mesh | None, thing: Any) -> list[Holder]:
     """The supports of a model on a mesh, or else of beams, in the order of the scene, and what each holds of it."""
     if mesh is not None:
         return [_of_mesh(case, support, mesh) for support in case.supports]
-    if not isinstance(case.shape, Swept):
+    if case.shape.wired:
         from softmark.interpreter.models.network.layout import Layout
 
         layout = Layout.of(case, thing.segments)
@@ -212,4 +228,12 @@ def reactions(carried: Carried, supports: Sequence[Holder]) -> dict[str, Reactio
             vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
         )  # fmt: skip
         taken |= support.holds
-    return found
+    return found | {name: _of_bed(carried, own) for name, own in carried.beds.items()}
+
+
+def _of_bed(carried: Carried, forces: Floats) -> Reaction:
+    """What a bed does: its moment is about the middle of the forces' sizes."""
+    own, sizes = carried.wrench(forces), np.linalg.norm(forces[:, :3], axis=1)
+    at: Floats = sizes @ carried.x / (float(sizes.sum()) or 1.0)
+    at = at * (0.0, 1.0, 0.0) if carried.axial else at
+    return Reaction(vector(own.force), vector(own.moment), vector(at), vector(own.about(at)))

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 def stressed(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
     """The solution, able to tell its stress: of a reduced model, by the law of what it reduces."""
     if solution.displacement is None or solution.mesh is None:
-        return solution
+        return replace(
+            solution, stress=None if isinstance(declared.thing.stress_law, str) else _at_rest_alone(solution)
+        )
     of = declared.thing.reduces
     solid = declared if of is None else scene.declared[of]
     if of is not None:
@@ -27,6 +29,17 @@ def stressed(scene: Scene, declared: Declared, case: Case, solution: Solution) -
 
         case = case_for(scene, solid)
     return replace(solution, stress=stress_of(solid.thing, case, solution.mesh))
+
+
+def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
+    """The stress of a model without a mesh, which it tells of a state of rest."""
+
+    def refused() -> Stresses:
+        from softmark.solvers.stresses.sampled import NoStress
+
+        raise NoStress("the stress of sections is known of beams at rest, and this is a motion")
+
+    return solution.stress or (None if solution.displacement is None else refused)
 
 
 def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:

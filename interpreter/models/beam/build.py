@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import cache, reduce
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import in_space, on_rod
-from softmark.interpreter.models.beam.sections import of_section
+from softmark.interpreter.models.beam.sections import at_nodes, of_section, stiffnesses
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
@@ -29,13 +29,14 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_rotation import rotation
-from softmark.solvers.energies.rod_section import RodSection, RodStiffness
+from softmark.solvers.energies.rod_section import RodSection, RodStiffness, VaryingStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shape import Prism
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Section
     from softmark.solvers.statics.equilibrium import Watch
 
 
@@ -44,13 +45,17 @@ class PreparedBeam(Meshless):
     """A rod at rest and its static problem."""
 
     declared: Declared
+    case: Case
+    stations: Floats  # of its nodes (n,), m
     rest: Floats
     elastic: RodElastic
     problem: Statics
     size: dict[str, int]
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
-    inertia: tuple[float, ...] = (0.0,) * 4  # of a metre: its mass, kg/m, and of turning about e1, e2 and e3, kg m
+    inertia: Floats = field(
+        default_factory=lambda: np.zeros((0, 4))
+    )  # of nodes (n, 4): kg, and about e1, e2, e3 kg m^2
     along: Callable[[Floats], Floats] | None = None  # stations (k,) of points (k, 3), m, on a curved axis
 
     @property
@@ -99,7 +104,19 @@ class PreparedBeam(Meshless):
             modes = none("those of curved beams are not known yet: `fem(...)` finds them")
         notes = (*outcome.doubts(self.declared, found), *self._pressed(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
-        return replace(seen, carried=cache(lambda: on_rod(assembly, self.rest, found.x, self.applied)))
+        solved = replace(self.problem, assembly=assembly)
+        carried = cache(lambda: on_rod(solved, found.x, self.applied))
+        return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
+
+    def _stress(self, solved: Statics, x: Floats) -> Any:
+        """Of its sections in a state x (nodes * 7,)."""
+        from softmark.interpreter.models.beam.stressed import Piece, SectionStresses, lines_on
+
+        shape, stations = self.case.prism, self.stations
+        (ends,) = (e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
+        lines = lines_on(self.case, shape, stations, lambda line: (shape.own(line.begin)[0], shape.own(line.end)[0]))
+        piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
+        return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 
     def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Warnings where tendons pull their guides together."""
@@ -110,11 +127,8 @@ class PreparedBeam(Meshless):
         return pressed(self.declared, self.applied, x)
 
     def mass(self) -> Floats:
-        """Of the nodes and of the sections that turn with them (6 n,): a half of each segment's at both its ends."""
-        line, axial, about_2, about_3 = self.inertia
-        half = 0.5 * lengths(self.rest, chain(len(self.points)))
-        share = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
-        return np.outer(share, [line, line, line, axial, about_2, about_3]).ravel()
+        """Of the nodes and of the sections that turn with them (6 n,), kg and kg m^2."""
+        return self.inertia[:, [0, 0, 0, 1, 2, 3]].ravel()
 
 
 @cache
@@ -148,7 +162,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     stations = np.array(model.stations(case))
     rest, nodes = holding.at_rest(case, stations), len(stations)
     fixed, target, way = holding.fixed(case, stations.tolist())
-    elastic = RodElastic(rest, chain(nodes), _stiffness(model, case))
+    elastic = RodElastic(rest, chain(nodes), _stiffness(model, case, stations))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
     applied = _loads(case, rest, stations)
@@ -170,16 +184,37 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         way=way,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    put, rho, section = disturbance_of(case), case.material.density, shape.section
-    inertia = tuple(rho * value for value in (section.area, sum(section.moments), *section.moments))
-    along = None if isinstance(shape, Prism) else shape.stations
-    return PreparedBeam(declared, rest, elastic, problem, size, put, applied, inertia, along)
+    along, put = None if isinstance(shape, Prism) else shape.stations, disturbance_of(case)
+    return PreparedBeam(
+        declared, case, stations, rest, elastic, problem, size, put, applied, _inertia(case, rest, stations), along
+    )
 
 
-def _stiffness(model: Beam6Dof, case: Case) -> RodStiffness:
-    """Stiffnesses of the section; e2 and e3 lie along the transverse axes of the shape."""
-    whole = of_section(case.prism.section, case.material)
-    return whole.stiffness.without(case.prism.length, shear=model.shear, axial=model.axial)
+def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
+    """Masses and moments of inertia about e1, e2 and e3 of the nodes (n, 4), kg and kg m^2.
+
+    A half of each segment's at both its ends; of one that tapers each by its linear shape function.
+    """
+    shape, rho = case.prism, case.material.density
+
+    def of(section: Section) -> list[float]:
+        return [section.area, sum(section.moments), *section.moments]
+
+    if shape.tapered:
+        tapering: Floats = rho * at_nodes(shape, stations, of)
+        return tapering
+    half = 0.5 * lengths(rest, chain(len(stations)))
+    shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
+    even: Floats = rho * np.outer(shares, of(shape.section))
+    return even
+
+
+def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | VaryingStiffness:
+    """Stiffnesses of the section, or of each element; e2 and e3 lie along the transverse axes of the shape."""
+    shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
+    if shape.tapered:
+        return VaryingStiffness(stiffnesses(shape, stations, case.material)).without(shape.length, **flexible)
+    return of_section(shape.section, case.material).stiffness.without(shape.length, **flexible)
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
@@ -228,6 +263,10 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
     shape, forces = case.prism, np.zeros((len(stations), 3))
     match load.thing.action:
         case PerMass(acceleration=g):
+            if shape.tapered:
+                areas = at_nodes(shape, stations, lambda section: [section.area])
+                weights: Floats = areas * case.material.density * np.array(g)
+                return weights
             w = case.material.density * shape.section.area * np.array(g)
             if isinstance(shape, Prism):
                 return RodLoad.uniform(rest, chain(len(stations)), w).forces
@@ -236,7 +275,7 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
             forces[1:] += half
         case PerArea(where=where, traction=traction):
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
-            forces[node] = shape.section.area * np.array(traction)
+            forces[node] = shape.section_at(stations[node]).area * np.array(traction)
         case AtPoint(at=at, force=force):
             nodes, shares = of_force(station(case, at) or 0.0, force, stations)
             forces[nodes] = shares

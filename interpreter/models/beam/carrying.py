@@ -8,28 +8,30 @@ import numpy as np
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Carried
-from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.rod_rotation import rotation
+from softmark.solvers.statics.balance import unrounded
+from softmark.solvers.statics.problem import Statics
 
 
-def on_rod(assembly: Assembly, rest: Floats, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> Carried:
+def on_rod(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> Carried:
     """Of a state x (nodes * 7,); moments are about the material axes, as the solver's are."""
-    nodes, start = x.reshape(-1, 7), rest.reshape(-1, 7)
-    energy = sum(_energy(e, x) for e in assembly.internal if isinstance(e, RodElastic))
-    return carried(assembly, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
+    nodes, start = x.reshape(-1, 7), problem.rest.reshape(-1, 7)
+    energy = sum(_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
+    return carried(problem, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
 
 
 def carried(
-    assembly: Assembly, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
+    problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
     frames: Floats,
 ) -> Carried:  # fmt: skip
     """Of a state x whose strain energy, J, is known, with what turns (n,) at X and `now`, m, about its `frames`."""
-    left = assembly.gradient(x, 1.0).reshape(-1, 6)
+    left = unrounded(problem, x).reshape(-1, 6)
     own = {load.name: _acting(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
-    return Carried(X, now - X, now, left, own, energy, work, frames)
+    written = problem.assembly.gradient(x, 1.0).reshape(-1, 6)
+    return Carried(X, now - X, now, left, own, energy, work, frames, written=written)
 
 
 def in_space(loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats) -> list[tuple[Declared, Floats]]:

@@ -23,7 +23,7 @@ HELP = (
 
 def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
     """What of a case is known of straight beams alone, where this one is curved."""
-    if isinstance(case.shape, Prism):
+    if isinstance(case.prism, Prism):
         return []
     found = []
     if isinstance(case.analysis, Dynamic):

@@ -1,13 +1,26 @@
-"""What a rod knows of a cross-section."""
+"""What a rod knows of its cross-sections, and what those of one that tapers come to over its elements.
+
+An element of two nodes and one point carries forces and moments that do not change along it. Its stiffness to each is
+what these find of it: length over the integral of 1 / C. A bar that tapers is then as long, and as far twisted, as its
+closed form says, however few elements it has. Masses go to nodes by hat functions. Integrals are by Gauss's rule of
+24 points in each element: where one end is a tenth of the other, 1 / C is exact to thirteen digits; of many elements
+6 do.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_section import RodSection
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Section
+    from softmark.solvers.mesh.shape import Section, Swept
+
+MANY = 32  # elements: of so many each tapers so little that fewer places do, to the same digits
 
 
 def of_section(section: Section, material: Any) -> RodSection:
@@ -15,3 +28,41 @@ def of_section(section: Section, material: Any) -> RodSection:
     I2, I3 = section.moments  # about its first and its second axis: about e2 the distance is X3
     kappa = section.shear_factor(material.poisson)
     return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+
+
+def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
+    """EA, GA2, GA3, GJ, EI2, EI3 of each element (e, 6), N and N m^2, between stations (e + 1,), m."""
+    if not shape.tapered:
+        return np.tile(_diagonal(shape.section, material), (len(stations) - 1, 1))
+    C = _sampled(shape, stations, lambda section: _diagonal(section, material))  # (e, g, 6)
+    found: Floats = 1.0 / np.einsum("g,egc->ec", _rule(len(C))[1], 1.0 / C)
+    return found
+
+
+def at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
+    """Integrals of something of the section, numbers (c,), with the hat functions of the nodes (e + 1, c)."""
+    l, (parts, shares) = np.diff(stations), _rule(len(stations) - 1)
+    values = _sampled(shape, stations, of) * l[:, None, None]
+    before, behind = (np.einsum("g,egc->ec", shares * part, values) for part in (1.0 - parts, parts))
+    none = np.zeros((1, values.shape[2]))
+    found: Floats = np.concatenate([before, none]) + np.concatenate([none, behind])
+    return found
+
+
+def _rule(count: int) -> tuple[Floats, Floats]:
+    """Places and weights (g,) in each of so many elements, from 0 to 1."""
+    x, w = np.polynomial.legendre.leggauss(24 if count < MANY else 6)
+    return 0.5 * (1.0 + x), 0.5 * w
+
+
+def _sampled(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
+    """Numbers of the sections at Gauss's places in each element (e, g, c)."""
+    s = stations[:-1, None] + np.diff(stations)[:, None] * _rule(len(stations) - 1)[0]
+    if not shape.tapered:
+        return np.tile(of(shape.section), (*s.shape, 1)).astype(np.float64)
+    return np.array([[of(shape.section_at(at)) for at in row] for row in s.tolist()], dtype=np.float64)
+
+
+def _diagonal(section: Section, material: Any) -> Floats:
+    """Of a section; e2 and e3 lie along its first and second axis."""
+    return of_section(section, material).stiffness.diagonal

@@ -16,26 +16,34 @@ from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
 from softmark.records import dataclass
+from softmark.solvers.mesh.extruded import Extruded
+from softmark.solvers.mesh.revolved import Cone
 from softmark.solvers.mesh.shape import Prism, Swept
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
 
+OF_SECTIONS = "finite", "sections"  # the measure of strain, and what stress is known of
 MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; from half a turn on it seems to wind back
 
 
 @dataclass(frozen=True)
 class Beam6Dof(Model):
-    """Geometrically exact beam with six degrees of freedom per node, for bodies of one section.
+    """Geometrically exact beam with six degrees of freedom per node, for bodies along an axis.
 
     Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
     are not limited. Two-node elements with one integration point, second order, independent of the path.
-    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box or an arc that is
-    slender; supports must take whole cross-sections. A torque on an end face is the moment on that section, of
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box, an arc, a cone
+    without a tip or an extruded trapezoid that is slender: of these two, which taper, what elements give way by is
+    integrated. Supports must take whole cross-sections. A torque on an end face is the moment on that section, of
     fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put;
     supports may turn. An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and
     line loads are known.
+
+    Stress at rest is that of sections that warp as they like (Navier, Saint-Venant): of stretch, bending, torsion and
+    transverse shear in circles, rings and rectangles. Within a width of what holds, loads or joins a beam they do not,
+    and the theory is crude, which is said (W356).
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
@@ -54,16 +62,8 @@ class Beam6Dof(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against a beam model of this case."""
-        if not isinstance(case.shape, Swept):
-            return [
-                diagnostic(
-                    "E501",
-                    declared.at(),
-                    f"`{declared.name}` needs a body of one section along an axis",
-                    f"`{case.body.name}` is not a cylinder, a tube, a box or an arc",
-                    "use `fem(...)` for this body",
-                )
-            ]
+        if case.shape.swept is None:
+            return [_no_axis(declared, case)]
         if beyond := curved.refusals(declared, case):
             return beyond
         flat = ribbon.doubt(declared, case)
@@ -213,6 +213,11 @@ class Beam6Dof(Model):
                 inner.remove(nearest)
         return sorted(found)
 
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of sections, by the theory of Saint-Venant."""
+        return OF_SECTIONS
+
     def outline(self, case: Case) -> str:
         """One line for the plan."""
         return f"{self.segments} {self._words}"
@@ -229,6 +234,22 @@ class Beam6Dof(Model):
     def orders(self) -> dict[str, int]:
         """Two-node elements with one point are of second order (Simo and Vu-Quoc 1986)."""
         return {"segments": 2}
+
+
+def _no_axis(declared: Declared, case: Case) -> Diagnostic:
+    """Of a body that has no sections along an axis; a cone with a tip has them, but for the last."""
+    name, body, use = declared.name, case.body.name, "or use `fem(...)`"
+    if isinstance(case.shape, Cone):
+        code, problem, reason = "E348", f"`{name}` cannot end in the tip of `{body}`", "a section that is nothing"
+        remedy = f"give the cone an `end`, {use}"
+    elif isinstance(case.shape, Extruded):
+        code, problem, reason = "E349", f"`{name}` finds no straight axis in the outline of `{body}`", "no trapezoid"
+        remedy = f"give two ends straight across x, y or z, whose middles face each other, {use}"
+    else:
+        code, problem = "E501", f"`{name}` needs a body with sections along an axis"
+        reason = f"`{body}` is not a cylinder, a tube, a box, an arc or a cone"
+        remedy = "use `fem(...)` for this body"
+    return diagnostic(code, declared.at(), problem, reason, remedy)
 
 
 def _turns_free(case: Case, support: Declared) -> bool:

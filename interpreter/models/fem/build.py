@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
 from functools import cache, reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -56,6 +56,7 @@ from softmark.solvers.reduced.cells import of_cells
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
 
@@ -85,13 +86,23 @@ class PreparedSolid(OnMesh):
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
+    beds: Mapping[str, Bedding] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
     muscles: tuple[Energy, ...] = ()  # what pulls within, with the loads
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        entries = len(self.problem.assembly.pattern.indices)
+        with factorisations.warming(entries):
+            self._warm_cells()
+        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+            systems.warm(self.problem.linear, self.problem.rest.dtype)
+        if self.first is not None:
+            self.first.prepared.warm()
+
+    def _warm_cells(self) -> None:
         twin = self.problem.twin.internal if self.problem.twin else ()
-        for energy in (*self.problem.assembly.internal, *twin):
+        for energy in (*self.solid, *twin[: len(twin) - len(self.beds)]):
             one = _one_cell(energy)
             nodes = np.unique(one.stencils)
             rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
@@ -101,12 +112,6 @@ class PreparedSolid(OnMesh):
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
         _one_cell(self.elastic).F(np.zeros(self.mesh.points.size))
-        entries = len(self.problem.assembly.pattern.indices)
-        factorisations.warm(entries)
-        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
-            systems.warm(self.problem.linear, self.problem.rest.dtype)
-        if self.first is not None:
-            self.first.prepared.warm()
 
     @property
     def assembly(self) -> Assembly:
@@ -134,7 +139,12 @@ class PreparedSolid(OnMesh):
     @property
     def unknowns(self) -> Unknowns:
         """What a state holds."""
-        return Unknowns.of(self.problem.assembly.internal, self.mesh)
+        return Unknowns.of(self.solid, self.mesh)
+
+    @property
+    def solid(self) -> Sequence[Energy]:
+        """The energies of its cells, one of each material: what else is stored lies beyond."""
+        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - len(self.beds)]
 
     def _found(self, problem: Statics) -> Equilibrium:
         """From rest, or from a disturbed state. Raises NotConverged."""
@@ -154,7 +164,7 @@ class PreparedSolid(OnMesh):
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         moved = self._deformed(u, found.x, left)
-        modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
@@ -162,12 +172,16 @@ class PreparedSolid(OnMesh):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
 
-    def _mass(self) -> Any:
+    def mass(self) -> Any:
+        """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
-        return carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, self.muscles)
+        found = carried.on_mesh(
+            self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, self.muscles
+        )
+        return carried.bedded(found, self.beds) if self.beds else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -179,7 +193,7 @@ class PreparedSolid(OnMesh):
         return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
 
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
-        pressures = self.unknowns.pressed(self.problem.assembly.internal, self.pieces, state)
+        pressures = self.unknowns.pressed(self.solid, self.pieces, state)
         return Deformed(self.mesh, u, pressures=pressures, left=left)
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
@@ -267,8 +281,9 @@ def at_rest(
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
-    outside = [*together(applied, mesh.points.size), *tensions]
-    assembly = Assembly(dofs, fixed, internal, unknowns.loads(outside), points)
+    beds = _beds(case, mesh)
+    loads = unknowns.loads([*together(applied, mesh.points.size), *tensions])
+    assembly = Assembly(dofs, fixed, [*internal, *beds.values()], loads, points)
     formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
         assembly,
@@ -278,7 +293,7 @@ def at_rest(
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        None if twins is None else assembly.with_internal(twins),
+        None if twins is None else assembly.with_internal([*twins, *beds.values()]),
         unknowns.of_displacements(soundness(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative,
@@ -297,7 +312,17 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    return PreparedSolid(*known, applied=(*applied,), pieces=each, axial=case.depth > 0.0, muscles=(*tensions,)), parts
+    made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0)
+    return replace(made, muscles=(*tensions,)) if tensions else made, parts
+
+
+def _beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
+    """The springs that it lies on, by name. Raises Fault."""
+    if not case.beds:
+        return {}
+    from softmark.interpreter.models.shared.bedding import beds_on
+
+    return beds_on(case, mesh)
 
 
 def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[Energy]]:

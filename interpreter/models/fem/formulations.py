@@ -271,7 +271,7 @@ def must_breathe(declared: Declared, case: Case, pieces: Sequence[Piece], assemb
     """
     import numpy as np
 
-    energies: Any = assembly.internal
+    energies: Any = [energy for energy in assembly.internal if energy.saddle]
     if not assembly.saddle or not all(own.case.material.incompressible for own in pieces):
         return
     same = np.zeros(assembly.dofs)  # the same pressure everywhere, in the units of the state
@@ -295,7 +295,7 @@ def spared(choice: Linear, assembly: Assembly) -> Linear:
 
     if not assembly.saddle:
         return choice
-    spare, energies = np.zeros(assembly.dofs), list[Any](assembly.internal)
+    spare, energies = np.zeros(assembly.dofs), [e for e in list[Any](assembly.internal) if e.saddle]
     for energy in energies:
         spare[: energy.dofs] += energy.spare
     return replace(choice, spare=spare[assembly.free], modes=None)

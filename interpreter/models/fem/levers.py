@@ -126,11 +126,20 @@ def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
 def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """Steps that divide by a mass, and a mass that is a matrix."""
     analysis = case.analysis
-    if not isinstance(analysis, Dynamic) or not analysis.explicit or model.mass != "consistent":
+    if not isinstance(analysis, Dynamic) or not analysis.explicit:
         return []
+    found = [_dragged(declared, bed, analysis) for bed in case.beds if bed.thing.damping]
+    if model.mass != "consistent":
+        return found
     problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
     help = "add `mass = lumped`, or use an implicit integrator"
-    return [diagnostic("E508", declared.at("mass"), problem, "a matrix that would have to be inverted", help)]
+    return [*found, diagnostic("E508", declared.at("mass"), problem, "a matrix that would have to be inverted", help)]
+
+
+def _dragged(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
+    """Dashpots make the steps of an explicit integrator shorter than its frequencies say."""
+    problem = f"`{declared.name}` cannot be marched by {analysis.integrator} on the dashpots of `{bed.name}`"
+    return diagnostic("E508", bed.at("damping"), problem, "not in explicit steps", "use an implicit integrator")
 
 
 def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
-from typing import TYPE_CHECKING
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about
 from softmark.interpreter.models.beam.carrying import carried, in_space
+from softmark.interpreter.models.beam.sections import at_nodes, stiffnesses
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.network.layout import Layout
-from softmark.interpreter.models.network.sections import at_nodes, stiffnesses
 from softmark.interpreter.models.network.shifts import Shifts
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.shared import outcome
@@ -34,6 +34,7 @@ from softmark.solvers.statics.rod_network import RodNetwork
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.answers.carried import Carried
+    from softmark.solvers.mesh.frame import Network
     from softmark.solvers.statics.equilibrium import Watch
 
 
@@ -69,13 +70,33 @@ class PreparedNetwork(Meshless):
         solution = outcome.found(found, Shifts(self.layout, found.x))
         modes = about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(solution, notes=outcome.doubts(self.declared, found), vibrations=modes if found.solved else None)
-        return replace(seen, carried=cache(lambda: self._carried(found.x)))
+        carried = cache(lambda: self._carried(found.x))
+        return replace(seen, carried=carried, stress=cache(lambda: self._stress(found.x)))
+
+    def _stress(self, x: Floats) -> Any:
+        """Of the sections of its members in a state x (n * 7,)."""
+        from softmark.interpreter.models.beam.stressed import Piece, SectionStresses, lines_on
+
+        layout, network, case = self.layout, self.layout.network, self.layout.case
+        rest, now, ends = layout.rest.reshape(-1, 7), x.reshape(-1, 7), rods(layout).local_forces(x)
+        ends, pieces = ends.reshape(len(network.members), -1, 12), []
+        for i, member in enumerate(network.members):
+            stations, nodes = layout.stations(i), layout.nodes(i)
+            lines = lines_on(case, member, stations, partial(_stretch, network, i))
+            pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
+        return SectionStresses(pieces, case, network.nearest)
 
     def _carried(self, x: Floats) -> Carried:
         """What acts at the points in a state x (n * 7,); moments are about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
-        return carried(assembly, x, self.applied, float(energy), layout.X, now, layout.frames(x))
+        return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
+
+
+def _stretch(network: Network, member: int, line: PerLength) -> tuple[float, float] | None:
+    """Where a line of force goes along a member, from 0: the stations of its ends, m; None of one along another."""
+    own, first, last = places.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
+    return (first, last) if own == member else None
 
 
 def load(model: Frame6Dof) -> None:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
+from softmark.interpreter.models.beam.sections import at_nodes
 from softmark.interpreter.models.network import places
-from softmark.interpreter.models.network.sections import at_nodes
 from softmark.interpreter.models.shared.holding import Held
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.supports import Hinged

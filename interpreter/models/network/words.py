@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.models.beam.words import OF_SECTIONS
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
@@ -36,10 +37,11 @@ class Frame6Dof(Model):
     Every member is what `beam6dof` is: sections stay plane and move rigidly, rotations are not limited, shear and
     stretch are in. At a point where members meet they keep their angles, whatever the point turns by. Members are lines
     without extent at joints: what they share there is of no account, neither twice as stiff nor once as heavy, and the
-    stated error has what that may come to. Of members that taper, what an element gives way by is integrated. Supports
-    hold points of axes: `fixed` and `displaced` with their sections, `hinged` without. Loads are gravity, forces and
-    lines of force on axes, and torques at a point, these at rest alone. Conditions select points of the axes, and whole
-    members. In motion, by every integrator, masses are at nodes, with the rotary inertia of sections.
+    stated error has what that may come to. Stress is that of `beam6dof`. Of members that taper, what an element gives
+    way by is integrated. Supports hold points of axes: `fixed` and `displaced` with their sections, `hinged` without.
+    Loads are gravity, forces and lines of force on axes, and torques at a point, these at rest alone. Conditions select
+    points of the axes, and whole members. In motion, by every integrator, masses are at nodes, with the rotary inertia
+    of sections.
 
     Source: Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
     """
@@ -65,6 +67,11 @@ class Frame6Dof(Model):
         if not found and case.supports and not plainly_held(case, network):
             found += _held(self, case)
         return [*found, *_stocky(declared, network), *_crossing(declared, case, network)]
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of sections, as beams have it."""
+        return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
         """One line for the plan."""

@@ -35,7 +35,12 @@ class Reduced(Model):
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against reducing that model."""
-        found = (_not_reducible(scene, declared, case), _linear(scene, declared), _driven(declared, case))
+        found = (
+            _not_reducible(scene, declared, case),
+            _linear(scene, declared),
+            _driven(declared, case),
+            _bedded(declared, case),
+        )
         return [*(d for d in found if d is not None), *self.turns(declared, case)]
 
 
@@ -214,6 +219,14 @@ def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
     problem = f"`{declared.name}` samples the cells of a model whose stiffness is constant"
     help = "leave `cells` out: small strain is reduced to one small matrix, and no cell is evaluated again"
     return diagnostic("E532", declared.at("cells"), problem, "nothing to sample", help)
+
+
+def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
+    """What stands for cells are the cells of a body, and springs on its surface are none."""
+    if not case.beds:
+        return None
+    problem = f"`{declared.name}` cannot reduce a body that lies on the springs of `{case.beds[0].name}`"
+    return diagnostic("E532", declared.at("of"), problem, "springs on a surface", f"use `{declared.thing.of}` itself")
 
 
 def _driven(declared: Declared, case: Case) -> Diagnostic | None:

@@ -108,6 +108,10 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
         held.rows.append(np.delete(np.eye(6), 1, axis=0))
+    if case.beds:
+        from softmark.interpreter.models.shared import bedding
+
+        held.rows.extend(bedding.rows(case, mesh, held.centre))
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh, nodes)

@@ -12,7 +12,7 @@ from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_turn_half
+from softmark.interpreter.problem.mirrors import must_be_edge, must_not_load_plane, must_not_turn_half
 from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.interpreter.vocabulary.loads import (
     AtPoint,
@@ -200,22 +200,9 @@ def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded
         )
     facets = np.concatenate([found.whole, found.nodes[found.w > 0.0]])
     if case.planar:
-        _must_be_edge(case, load, mesh.points[facets])
+        must_be_edge(case, load, mesh.points[facets])
     if isinstance(load.thing.action, PerArea | Tensile):  # of a pressure, the plane's support takes all
         must_not_load_plane(case, load, mesh.points[facets], mesh.points)
     if isinstance(load.thing.action, Turning):
         must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)
     return found
-
-
-def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
-    """Raise a Fault where facets with nodes X (f, k, 3), m, of a load on a plane body are of its faces."""
-    z = X[..., 2]
-    if bool((np.ptp(z, axis=1) <= 1e-9 * np.ptp(z)).any()):
-        raise fault(
-            "E544",
-            load.at("where"),
-            f"`{load.name}` acts on the faces of `{case.body.name}`, and a plane body is loaded on its edge",
-            "holds within the region too",
-            "write a condition that holds on the edge alone, such as `x >= 48 mm` of a body that ends there",
-        )

@@ -48,6 +48,7 @@ class Model:
     # what a scene may put on it: `refusals` says so of all else, when the scene is checked
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Tensile, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
+    bedded = False  # it takes bodies that lie on springs
     moves = True  # it takes dynamic analyses
     wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
@@ -84,7 +85,7 @@ class Model:
     @property
     def stress_law(self) -> tuple[str, str] | str:
         """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
-        return "only finite elements have a stress at every point of the body"
+        return "only finite elements and beams have a stress at every point of the body"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case, errors and warnings that need no arrays."""
@@ -143,6 +144,9 @@ class Model:
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
                                  "not a support that it takes",
                                  hinge if isinstance(support.thing, Hinged) else self._most)  # fmt: skip
+        for bed in () if self.bedded else case.beds:
+            yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the support `{bed.name}`",
+                             "springs on a surface", "`fem(...)` takes them")  # fmt: skip
         yield from self.turns(declared, case)
 
     @property

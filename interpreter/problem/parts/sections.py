@@ -22,16 +22,16 @@ RINGS = (1.0, 0.5, 0.25, 1 / 16, 1 / 64, 1 / 512)  # of its radius; within the l
 def share(condition: Condition, shape: Swept, station: float) -> float:
     """Of the cross-section at `station` (m from the root along the axis), by area: from 0 to 1."""
     centre, frame = np.array(shape.centre(station)), np.array(shape.frame(station)[1:])
-    extent = shape.diagonal
-    if isinstance(shape.section, Disc):
-        return _of_disc(condition, centre, frame, shape.section.radius, extent)
-    if isinstance(shape.section, Annulus):
-        radii = shape.section.radius, shape.section.inner
+    extent, section = shape.diagonal, shape.section_at(station)
+    if isinstance(section, Disc):
+        return _of_disc(condition, centre, frame, section.radius, extent)
+    if isinstance(section, Annulus):
+        radii = section.radius, section.inner
         whole, hole = (math.pi * r**2 * _of_disc(condition, centre, frame, r, extent) for r in radii)
-        return (whole - hole) / shape.section.area
-    if not isinstance(shape.section, Rectangle):
-        raise TypeError(f"no area is known of a part of a {type(shape.section).__name__}")
-    half = 0.5 * np.array([shape.section.width, shape.section.height])
+        return (whole - hole) / section.area
+    if not isinstance(section, Rectangle):
+        raise TypeError(f"no area is known of a part of a {type(section).__name__}")
+    half = 0.5 * np.array([section.width, section.height])
     corners = centre + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half @ frame
     return _of_flat(condition, corners[None], extent)
 

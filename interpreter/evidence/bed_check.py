@@ -1,0 +1,61 @@
+"""What beds do to a body counted once more, for the watchdog, as loads are (load_check.py): swept line by line.
+
+What solves multiplies displacements of nodes by integrals over facets. Here a traction is found at every point from
+how far the point has moved, and its force is put on the nodes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.evidence.load_check import MOST_UNSURE, sampled, selected
+from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.solids import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.shared.prepared import Moved
+    from softmark.interpreter.problem.case import Case
+
+
+def of_beds(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Forces on the nodes (n, 3), N, of every bed by its name, and what of it is not sure, N. Raises Unchecked."""
+    found, unsure = {}, 0.0
+    for bed in case.beds:
+        found[bed.name], left = _of_bed(bed, case, mesh, u)
+        if left > MOST_UNSURE * float(np.abs(found[bed.name]).sum()):
+            raise Unchecked("the border of what lies on a bed is too involved to be followed again")
+        unsure += left
+    return found, unsure
+
+
+def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+    total, unsure = np.zeros_like(u), 0.0
+    for whole, parts, (open_facets, left) in selected(bed.thing.where, case, mesh.mesh):
+        for facets, xi, w in (*sampled(whole), parts):
+            total += _pulled(bed, case, mesh.points, facets, xi, w, u)
+        middle = np.full((len(open_facets), 2), 0.25)
+        unsure += float(np.abs(_pulled(bed, case, mesh.points, open_facets, middle, left, u)).sum())
+    return total, unsure
+
+
+def _pulled(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
+    """Forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
+    N = solids.shape(facets.shape[1], xi)
+    t = np.einsum("pai,paj->jpi", points[facets], solids.slope(facets.shape[1], xi))
+    area = np.cross(t[0], t[1])
+    size = np.linalg.norm(area, axis=1)
+    moved = (N[:, :, None] * u[facets]).sum(axis=1)
+    if bed.thing.directions == "normal":
+        n = area / size[:, None]
+        moved = n * (n * moved).sum(axis=1, keepdims=True)
+    dA = w * size
+    if case.depth:  # whole rings
+        dA = dA * 2.0 * np.pi / case.depth * (N * points[facets][:, :, 0]).sum(axis=1)
+    force = -bed.thing.stiffness * dA[:, None] * moved
+    found = np.zeros_like(points)
+    np.add.at(found, facets, N[:, :, None] * force[:, None])
+    return found

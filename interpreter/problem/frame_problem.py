@@ -1,0 +1,187 @@
+"""From a scene to the frame that the stiffness method is solved for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.tendon_theory import resists
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Hinged
+from softmark.references.cantilever import Disc, Rectangle, Refused, Ring
+from softmark.solvers.mesh.frame import Network
+from softmark.solvers.mesh.shape import transverse
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.references.frame_theory import Frame, FrameMember
+    from softmark.solvers.mesh.frame import Member
+    from softmark.solvers.mesh.mesh import Floats
+else:
+    from softmark.solvers.base.deferred import np
+
+HELD = 16  # parts of a member that is held all along, at whose ends the theory holds it
+NEAR = 1e-9  # of the diagonal: places this near are one
+TAKES = "it takes gravity, forces and lines of force on axes, and torques at points"
+
+
+def frame_of(case: Case) -> Callable[[], Frame]:
+    """What makes the frame of a case. Raises Refused where an assumption of the theory is broken."""
+    network = case.shape
+    if not isinstance(network, Network):
+        raise Refused(f"`{case.body.name}` is no network of beams", "use `network(...)`, or the theory of one beam")
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the theory is one of rest")
+    for load in case.loads:
+        if not isinstance(load.thing.action, PerMass | AtPoint | PerLength | Turning):
+            raise Refused(f"it knows nothing of the load `{load.name}`", TAKES)
+    for support in case.supports:
+        if not isinstance(support.thing, Fixed | Displaced | Hinged):
+            raise Refused(f"it knows nothing of the support `{support.name}`", "it takes clamps and hinges")
+        if any(len(_within(member, network, support)) == 2 for member in network.members):
+            raise Refused(f"`{support.name}` holds a part of a member", "hold points and whole members")
+    return lambda: _Made(case, network).frame()
+
+
+def _within(member: Member, network: Network, support: Declared) -> set[bool]:
+    """Whether a support takes places between the ends of a member: all, none, or both."""
+    places = (member.centre(k / HELD * member.length) for k in range(1, HELD))
+    return {bool(support.thing.where.holds(*place, network.diagonal)) for place in places}
+
+
+class _Made:
+    """A frame in the making: members are cut where forces act and lines end."""
+
+    def __init__(self, case: Case, network: Network) -> None:
+        self.case, self.network, self.near = case, network, NEAR * network.diagonal
+        self.nodes = list(network.points)
+        self.cuts = [self._cuts(member) for member in network.members]
+
+    def _cuts(self, member: Member) -> list[float]:
+        """Stations at which a member is cut, m, its ends among them."""
+        found = {0.0, member.length}
+        for load in self.case.loads:
+            action = load.thing.action
+            places = [action.at] if isinstance(action, AtPoint) else []
+            places += [action.begin, action.end] if isinstance(action, PerLength) else []
+            found |= {s for s in (self._on(member, p) for p in places) if s is not None}
+        if any(True in _within(member, self.network, support) for support in self.case.supports):
+            found |= {k / HELD * member.length for k in range(1, HELD)}
+        kept = [s for s in sorted(found) if self.near < s < member.length - self.near]
+        return [0.0, *kept, member.length]
+
+    def _on(self, member: Member, point: Any) -> float | None:
+        s, u, v = member.own(point)
+        return s if math.hypot(u, v) <= self.near and -self.near <= s <= member.length + self.near else None
+
+    def _node(self, point: Any) -> int:
+        for i, known in enumerate(self.nodes):
+            if math.dist(known, point) <= self.near:
+                return i
+        self.nodes.append(tuple(point))
+        return len(self.nodes) - 1
+
+    def frame(self) -> Frame:
+        """All of it."""
+        from softmark.references.frame_theory import Frame
+
+        members, starts, own = [], [], []
+        for number, (member, cuts) in enumerate(zip(self.network.members, self.cuts, strict=True)):
+            for a, b in pairwise(cuts):
+                members.append(self._member(member, a, b))
+                starts.append(a)
+                own.append(number)
+        held, imposed = self._held()
+        forces = self._forces()
+        pieces = np.array(own), np.array(starts)
+        return Frame(np.array(self.nodes), forces, tuple(members), held, imposed, lambda X: self._nearest(X, *pieces))
+
+    def _member(self, member: Member, a: float, b: float) -> FrameMember:
+        from softmark.references.frame_theory import FrameMember
+
+        ends = self._node(member.centre(a)), self._node(member.centre(b))
+        lines = [
+            load.thing.action for load in self.case.loads
+            if isinstance(load.thing.action, PerLength) and self._covers(member, load.thing.action, 0.5 * (a + b))
+        ]  # fmt: skip
+        along = np.sum([line.force for line in lines], axis=0) if lines else np.zeros(3)
+        g = np.sum([ld.thing.action.acceleration for ld in self.case.loads if isinstance(ld.thing.action, PerMass)], 0)
+        weight = self.case.material.density * np.asarray(g) * np.ones(3)
+
+        def load(s: Floats) -> Floats:
+            areas = np.array([_section(member, a + t).area for t in s.tolist()])
+            found: Floats = areas[:, None] * weight + along
+            return found
+
+        material = self.case.material
+
+        def stiffness(s: Floats) -> Floats:
+            sections = (_section(member, a + t) for t in s.tolist())
+            return np.array([resists(section, material.young, material.poisson) for section in sections])
+
+        return FrameMember(ends, b - a, member.frame(0.0), stiffness, load)
+
+    def _covers(self, member: Member, line: PerLength, s: float) -> bool:
+        ends = [self._on(member, p) for p in (line.begin, line.end)]
+        known = [e for e in ends if e is not None]
+        return len(known) == 2 and min(known) < s < max(known)
+
+    def _forces(self) -> Floats:
+        """On the nodes (n, 6), N and N m."""
+        found = np.zeros((len(self.nodes), 6))
+        for load in self.case.loads:
+            match load.thing.action:
+                case AtPoint(at=at, force=force):
+                    found[self._node(at), :3] += force
+                case Turning(moment=moment) as action:
+                    found[self._selected(action)[0], 3:] += moment
+        return found
+
+    def _selected(self, thing: Any) -> list[int]:
+        """The nodes that a condition selects, points before places within members."""
+        return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
+
+    def _held(self) -> tuple[Floats, Floats]:
+        """Rows over the unknowns of the nodes (c, 6 n), and what they are held at (c,)."""
+        rows, imposed, taken = [], [], set()
+        for support in self.case.supports:
+            thing = support.thing
+            hinged = isinstance(thing, Hinged)
+            turns = np.array(transverse(thing.axis)) if hinged and thing.axis is not None else np.eye(3)
+            for i in self._selected(thing):
+                ways = [(np.eye(3)[c], 0, thing.displacement[c]) for c in thing.components]
+                ways += [(way, 3, 0.0) for way in turns] if not hinged or thing.axis is not None else []
+                for way, first, value in ways:
+                    if (key := (i, first, *np.round(way, 9).tolist())) not in taken:
+                        taken.add(key)
+                        row = np.zeros((len(self.nodes), 6))
+                        row[i, first : first + 3] = way
+                        rows.append(row.ravel())
+                        imposed.append(value)
+        return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
+
+    def _nearest(self, X: Floats, own: Any, starts: Floats) -> tuple[Any, Floats]:
+        """The stretch that each point X (n, 3) goes with, and where that begins (n, 3), m."""
+        whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
+        for number in np.unique(whole).tolist():
+            here, pieces = whole == number, np.flatnonzero(own == number)
+            s = self.network.members[number].stations(X[here])
+            found[here] = pieces[np.clip(np.searchsorted(starts[pieces], s, side="right") - 1, 0, None)]
+        begin = [self.network.members[own[k]].centre(float(starts[k])) for k in range(len(own))]
+        return found, np.array(begin)[found]
+
+
+def _section(member: Member, s: float) -> Disc | Ring | Rectangle:
+    """The section at a station in the words of the references: measures go linearly from end to end."""
+    t = min(max(s / member.length, 0.0), 1.0)
+    names = [name for name in ("radius", "inner", "width", "height") if hasattr(member.ends[0], name)]
+    at = {name: (1.0 - t) * getattr(member.ends[0], name) + t * getattr(member.ends[1], name) for name in names}
+    if "width" in at:
+        return Rectangle(height=at["height"], width=at["width"])
+    return Ring(at["radius"], at["inner"]) if "inner" in at else Disc(at["radius"])

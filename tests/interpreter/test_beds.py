@@ -1,0 +1,188 @@
+"""Bodies on springs and dashpots: closed forms, balance of forces by other formulas, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+import softmark
+from softmark.interpreter.evidence import bed_check
+
+HEAD = """softmark 1
+scene "on a bed"
+material stiff = neo_hookean(young = {young}, poisson = {nu}, density = 1000 kg/m^3)
+body block = solid(box(size = (40, 30, 20) mm), stiff)
+"""
+PUSH = "load push = traction(block, where = z >= 20 mm, vector = (0, 0, -1) kPa)\n"
+SEEN = """probe low = point(block, at = (20, 15, 0) mm)
+metric sink = displacement(low, along = -z)
+metric carry = force(bed, along = +z)
+"""
+WHOLE = "support bed = bedded(block, where = z <= 0 mm, stiffness = 10 kPa/mm)\n"
+THEORY = "reference r = elastica(block)\n"
+SMALL = "model m = fem(hex8, strain = small, size = 10 mm)\n"
+
+
+def run(text: str, nu: float = 0.0, young: str = "100 MPa") -> dict[str, Any]:
+    """The models of a scene, whose forces balance by other formulas."""
+    report = softmark.loads(HEAD.format(nu=nu, young=young) + text).run()
+    assert {n: m.message for n, m in report.models.items() if m.status != "converged"} == {}
+    for model in report.models.values():
+        balance = model.solve["checks"]["reactions"]
+        assert max(balance["force"], balance["moment"], balance["apart"]) <= 1e-8
+        assert model.solve["checks"]["residual"] is not None
+    return dict(report.models)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        "fem(hex8, strain = small, size = 10 mm)",
+        "fem(hex8, strain = finite, size = 10 mm)",
+        "fem(tet10, strain = finite, formulation = mixed, size = 20 mm)",
+        "fem(tet4, strain = corotational, size = 10 mm)",
+        "fem(hex8, strain = small, precision = single, size = 10 mm)",
+    ],
+)
+def test_a_block_sinks_by_pressure_over_stiffness(model: str) -> None:
+    """1 kPa on 10 kPa/mm: 0.1 mm, whatever the block; of the traction nothing else is held. To 1e-6 of rounding."""
+    found = run(WHOLE + PUSH + SEEN + f"model m = {model}\n")["m"]
+    assert found.metrics["sink"].value == pytest.approx(1e-4, rel=2e-5 if "single" in model else 1e-6)
+    assert found.metrics["carry"].value == pytest.approx(1.2, rel=2e-5 if "single" in model else 1e-8)
+
+
+def test_a_bed_under_a_part_of_a_face_has_the_area_that_is_selected() -> None:
+    """Two beds side by side, one twice as stiff, under a block that cannot tilt: it sinks by F / sum k A.
+
+    13.7 mm is no border of the 10 mm cells: what is cut is integrated. To 1e-4: the block gives way by 1e-5 of 0.06 mm.
+    """
+    beds = """support bed = bedded(block, where = z <= 0 mm and x <= 13.7 mm, stiffness = 20 kPa/mm)
+support rest = bedded(block, where = z <= 0 mm and x >= 13.7 mm, stiffness = 10 kPa/mm)
+support side = fixed(block, where = x <= 0 mm, components = (x, y))
+support back = fixed(block, where = x >= 40 mm, components = (x, y))
+"""
+    model = run((beds + PUSH + SEEN + SMALL), young="1e5 MPa")["m"]
+    sink = 1.2 / (30e-3 * 1e7 * (2 * 13.7e-3 + 26.3e-3))
+    assert model.metrics["sink"].value == pytest.approx(sink, rel=1e-4)
+    assert model.metrics["carry"].value == pytest.approx(2e7 * 30e-3 * 13.7e-3 * sink, rel=1e-4)
+    assert model.reactions["bed"].held == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("directions", "share"), [("normal", 0.5), ("all", 1.0)])
+def test_a_pin_in_a_bed_all_around(directions: str, share: float) -> None:
+    """Moved across by d, a pin is pushed back by k d (n . e)^2: half of the side's area counts where it may slide.
+
+    1 % of force is the bar: a circle by facets of quadratic cells, 0.02 % of the area.
+    """
+    text = f"""softmark 1
+scene "a pin"
+material steel = linear_elastic(young = 1e5 MPa, poisson = 0.3, density = 8000 kg/m^3)
+body pin = solid(cylinder(length = 20 mm, radius = 5 mm, axis = +x), steel)
+support bed = bedded(pin, where = sqrt(y^2 + z^2) >= 5 mm, stiffness = 1 kPa/mm, directions = {directions})
+support slide = fixed(pin, where = x <= 0 mm, components = x)
+support still = fixed(pin, where = abs(y) <= 0 mm and abs(z) <= 0 mm, components = y)
+load pull = gravity(9.81 m/s^2, direction = -z)
+model m = fem(tet10, strain = small, size = 3 mm)
+probe middle = point(pin, at = (10, 0, 0) mm)
+metric sink = displacement(middle, along = -z)
+"""
+    report = softmark.loads(text).run()
+    model = report.models["m"]
+    weight, area = 8000 * math.pi * 25e-6 * 20e-3 * 9.81, 2 * math.pi * 5e-3 * 20e-3
+    assert model.metrics["sink"].value == pytest.approx(weight / (1e6 * area * share), rel=2e-3)
+
+
+def test_a_disc_of_revolution_on_a_bed() -> None:
+    """1 kPa on 10 kPa/mm, in whole rings: 0.1 mm, and the bed carries pi r^2 p."""
+    text = """softmark 1
+scene "a disc"
+material stiff = linear_elastic(young = 100 MPa, poisson = 0, density = 1000 kg/m^3)
+shape half = quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 5, 0) mm, (0, 5, 0) mm)
+body disc = axisymmetric(half, stiff)
+support bed = bedded(disc, where = y <= 0 mm, stiffness = 10 kPa/mm)
+load push = pressure(disc, where = y >= 5 mm, magnitude = 1 kPa)
+model m = fem(quad9, strain = small, size = 2.5 mm)
+probe low = point(disc, at = (10, 0, 0) mm)
+metric sink = displacement(low, along = -y)
+metric carry = force(bed, along = +y)
+"""
+    report = softmark.loads(text).run()
+    model = report.models["m"]
+    assert model.metrics["sink"].value == pytest.approx(1e-4, rel=1e-6)
+    assert model.metrics["carry"].value == pytest.approx(math.pi * 4e-4 * 1e3, rel=1e-8)
+    assert model.solve["checks"]["reactions"]["apart"] < 1e-9
+
+
+def test_a_block_let_go_on_springs_and_dashpots() -> None:
+    """m u'' + c u' + k u = p per area has a closed form, met to 1e-3: (w h)^2 / 12 of 11 rad in steps of 1 ms."""
+    bed = "support bed = bedded(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, damping = 40 Pa*s/m)\n"
+    push = "load push = traction(block, where = z >= 20 mm, vector = (0, 0, -10) Pa)\n"
+    motion = "analysis swing = dynamic(duration = 0.5 s, step = 1 ms, integrator = trapezoidal)\n"
+    seen = "probe low = point(block, at = (20, 15, 0) mm)\nmetric sink = displacement(low, along = -z)\n"
+    report = softmark.loads(
+        HEAD.format(nu=0, young="100 MPa")
+        + bed
+        + push
+        + motion
+        + seen
+        + "model m = fem(hex8, strain = small, size = 20 mm)\n"
+    ).run()
+    model = report.models["m"]
+    m, c, k, p, t = 1000 * 20e-3, 40.0, 1e4, 10.0, 0.5
+    w, z = math.sqrt(k / m), c / (2 * math.sqrt(k * m))
+    wd = w * math.sqrt(1 - z * z)
+    exact = p / k * (1 - math.exp(-z * w * t) * (math.cos(wd * t) + z * w / wd * math.sin(wd * t)))
+    assert model.metrics["sink"].value == pytest.approx(exact, rel=1e-3)
+    energies = {name: values[-1] for name, values in model.solve["energies"].items()}
+    spent = energies["kinetic"] + energies["strain"] + energies["damping"]
+    assert energies["load_work"] == pytest.approx(spent, rel=1e-9)
+    assert model.solve["energy"]["gained"] is False
+
+
+def test_a_block_on_springs_sounds() -> None:
+    """A rigid block on k per area swings with sqrt(k A / m); upright here, its sides slide. To 1e-4 of its softness."""
+    bed = "support bed = bedded(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, directions = normal)\n"
+    sides = """support side = fixed(block, where = x <= 0 mm, components = x)
+support back = fixed(block, where = y <= 0 mm, components = y)
+metric tone = frequency(block, mode = 1)
+"""
+    found = softmark.loads(HEAD.format(nu=0, young="100 MPa") + bed + sides + SMALL).run().models["m"]
+    assert found.metrics["tone"].value == pytest.approx(math.sqrt(1e4 / 20.0) / (2 * math.pi), rel=1e-3)
+
+
+def test_the_watchdog_finds_a_bed_that_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tractions a thousandth larger are seen: forces of the answer do not balance with them."""
+    right = bed_check._pulled
+
+    def wrong(*args: Any) -> Any:
+        return 1.001 * right(*args)
+
+    monkeypatch.setattr(bed_check, "_pulled", wrong)
+    report = softmark.loads(HEAD.format(nu=0, young="100 MPa") + WHOLE + PUSH + SEEN + SMALL).run()
+    assert report.models["m"].status == "failed"
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        (WHOLE + PUSH + "model m = beam6dof(segments = 4)\n", "E501"),
+        (WHOLE + PUSH + THEORY + SMALL, "E503"),
+        (WHOLE.replace("z <= 0 mm", "z <= -1 mm") + PUSH + SMALL, "E302"),
+        (WHOLE.replace("stiffness = 10 kPa/mm", "stiffness = 0 Pa/m") + PUSH + SMALL, "E301"),
+        (WHOLE.replace("stiffness = 10 kPa/mm", "stiffness = 10 kPa") + PUSH + SMALL, "E204"),
+    ],
+)
+def test_what_is_refused(text: str, code: str) -> None:
+    """By the codes of their pages."""
+    with pytest.raises(softmark.SceneError) as refused:
+        softmark.loads(HEAD.format(nu=0, young="100 MPa") + text)
+    assert code in {d.code for d in refused.value.diagnostics}
+
+
+def test_a_bed_along_normals_of_one_plane_lets_a_body_slide() -> None:
+    """Said as of any support: free to slide along x and y, and to turn about z."""
+    bed = WHOLE.replace("10 kPa/mm", "10 kPa/mm, directions = normal")
+    with pytest.raises(softmark.SceneError, match="to slide along x, to slide along y and to turn about"):
+        softmark.loads(HEAD.format(nu=0, young="100 MPa") + bed + PUSH + SEEN + SMALL).run()
