@@ -208,7 +208,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in case.supports)
-    away = case.analysis.disturbed != "none"
+    away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 

@@ -55,7 +55,8 @@ class Active(Anisotropic):
     """Muscle that pulls along its fibres with a tension, in whatever law it has at rest.
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
-    The tension grows with the loads: in a static analysis both come in the same steps, to their full size. As it is
+    The tension grows with the loads: in a static analysis both come in the same steps, to their full size, and where it
+    has states the tension is whole in each. As it is
     Ta f (x) f, force per area before deformation over stretch, stress along stretched fibres grows with the square of
     their stretch. `fibres` are those of the law; one without, as rubber, takes its own here.
     Source: Land et al. (2015), Proc. R. Soc. A 471:20150641, problem 3; Nash, Hunter (2000), J. Elasticity 61:113.
