@@ -9,7 +9,7 @@ in MATERIALS. Its constants may be arrays, one for each of the points that its l
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.materials.active import Active
@@ -29,6 +29,7 @@ from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.materials.transversely_isotropic import TransverselyIsotropic
+from softmark.solvers.materials.viscous import Viscous
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +37,7 @@ else:
     from softmark.solvers.base.deferred import np
 
 __all__ = [
-    "DIRECTED", "MATERIALS", "NAMED", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
+    "DIRECTED", "MATERIALS", "STRAINS", "WORDS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
     "parts_for", "project",
 ]  # fmt: skip
 
@@ -57,7 +58,8 @@ DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropi
     "active": Active,
 }
 
-NAMED: ChainMap[str, type[Any]] = ChainMap(DIRECTED, MATERIALS)  # all that a scene can name
+# what scenes call materials: those that are laws, and what is made around another
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, DIRECTED, MATERIALS)
 
 
 class NoFiniteLaw(Exception):
