@@ -30,7 +30,7 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
         thing = declared.thing
         if not directed(thing):
             continue
-        if hasattr(thing, "branches"):
+        if thing.branches:
             yield diagnostic("E363", declared.at("law"), f"`{declared.name}` relaxes around a law with fibres, and "
                              "relaxation is known of isotropic laws alone", "knows no directions",
                              "use a law without fibres, or the law by itself")  # fmt: skip
@@ -63,9 +63,9 @@ def _muscle(declared: Declared) -> Iterator[Diagnostic]:
     if thing.fibres is None:
         yield diagnostic("E367", declared.at("law"), f"`{declared.name}` pulls along fibres, and its law has none",
                          "no fibres", "give `own = +x`, or a law with fibres, such as `guccione(...)`")  # fmt: skip
-    elif law.finite_law() is None or hasattr(law, "passive") or hasattr(law, "branches"):
+    elif law.finite_law() is None or hasattr(law, "passive") or law.branches:
         why = "pulls already" if hasattr(law, "passive") else "has no law of finite strain"
-        why = "relaxes" if hasattr(law, "branches") else why
+        why = "relaxes" if law.branches else why
         yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what {why}",
                          "not a law that it can add to",
                          "use `guccione(...)` or `neo_hookean(...)`, and one tension")  # fmt: skip

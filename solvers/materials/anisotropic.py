@@ -52,6 +52,7 @@ class Anisotropic(Blockwise):
     thin = False
     varying = ("density",)  # numbers that may vary in space: directions do by rules of their own
     directed = True  # what isotropic theories must not be asked about
+    branches: tuple[tuple[float, float], ...] = ()  # nothing of it relaxes
     sheeted = False  # it is not alike in all directions across the fibres
 
     # ------------------------------------------------------------------ the law
