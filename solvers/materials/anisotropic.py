@@ -99,6 +99,10 @@ class Anisotropic(Blockwise):
         """None: its stiffness to a change of volume is not all in one modulus."""
         return None
 
+    def isochoric(self) -> Law | None:
+        """None: its shape is one of F as it is, and not of the part that keeps the volume."""
+        return None
+
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """The law with `local_bulk` for K, and J - 1, which a pressure holds with the rest."""
         from softmark.solvers.materials.constraints import VolumeRatio
