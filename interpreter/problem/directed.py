@@ -16,7 +16,8 @@ FEM = "use `fem(...)` with `strain = finite`, which takes every law as it is"
 
 def directed(material: Any) -> bool:
     """Whether a material knows directions: of a plate, what it is made of."""
-    return bool(getattr(getattr(material, "of", None) or material, "directed", False))
+    plate = material if not material.thin else material.of
+    return bool(getattr(plate, "directed", False))
 
 
 def of_case(case: Case) -> bool:
