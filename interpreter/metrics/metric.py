@@ -107,7 +107,11 @@ class OfForces(Metric):
         In its unit, so that it is relative where it is an error. Raises Undefined.
         """
         far = self.distance(*(self._sound(known) for known in (rest, right)))
-        return far if self.measured_from is None else far / self.size(self._known(right))
+        if self.measured_from is None:
+            return far
+        if (size := self.size(self._known(right))) == 0.0:
+            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+        return far / size
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
         """The same in its natural unit. Raises Undefined."""

@@ -69,3 +69,4 @@ class AtRest:
     moved: float = 0.0
     extent: float = 0.0
     reason: str | None = None
+    dissipated: float = 0.0  # J, since the start of what remembers

@@ -20,7 +20,8 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
     held = reactions(carried, holders(case, prepared.mesh, declared.thing))
     most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
     moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
-    return AtRest(held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
+    known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
+    return AtRest(*known, dissipated=carried.dissipated)
 
 
 def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:

@@ -76,6 +76,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
 

@@ -127,6 +127,7 @@ class Fem(Model):
     ] = None
 
     loads = (*Model.loads, PerLength)
+    remembers = True
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
