@@ -103,7 +103,7 @@ class ProbeAnswer:
         return len(self.X) == 1 or (self.metric is not None and self.metric.last)
 
     def of_single(self, apart: Floats) -> float:
-        """What changes (n, 3), m, at places around its one point come to in the mean square, as `apart` has that one."""
+        """What changes (n, 3), m, around its one point come to in the mean square, as `apart` has that of the point."""
         along = self.metric.direction if self.metric is not None and self.metric.last else None
         far = np.linalg.norm(apart, axis=1) if along is None else apart @ along
         rms = float(np.sqrt(np.mean(far**2)))

@@ -38,7 +38,7 @@ def parts(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
 
 
 def _apart(whole: Answer, seen: ProbeAnswer, left: float, way: tuple[int, int]) -> float:
-    """How far the same is with every cell that the border of a part passes of one material, or what is missed may do."""
+    """How far the same is with every cell that the border passes of one material, or what is missed may do if less."""
     most = math.inf if math.isinf(left) else STIFFER * left * seen.size
     if way == (0, 0):
         return most
