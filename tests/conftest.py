@@ -57,7 +57,7 @@ BROAD = {
     "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
     "tapered-shafts", "triangular-bar", "carved-bodies", "graded-wall", "given-back", "line-of-force",
     "rubber-vessels", "spherical-inclusion", "plate-with-a-hole", "rigid-frames", "ringing-cylinder",
-    "relaxing-bars", "relaxing-rubber", "zener-bar",
+    "heart-beam", "ventricle-inflated", "ventricle-contracting", "relaxing-bars", "relaxing-rubber", "zener-bar",
     "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections", "one-point",
     "ring-of-a-file",
 }  # fmt: skip

@@ -56,8 +56,8 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
 
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
-        young = material.young
-        if not isinstance(young, float | int):  # it varies in space
+        young = None if getattr(material, "directed", False) else material.young
+        if not isinstance(young, float | int):  # it varies in space, or has none
             continue
         if young < SOFTEST:
             help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"

@@ -96,6 +96,8 @@ SHAPED: dict[str, dict[str, Any]] = {
     "sphere": {"radius": 0.01},
     "ellipsoid": {"semiaxes": (0.02, 0.01, 0.015)},
     "spherical_shell": {"radius": 0.01, "inner": 0.005},
+    "bowl": {"inner": 0.007, "inner_along": 0.017, "outer": 0.01, "outer_along": 0.02, "rim": 0.005},
+    "bowl_section": {"inner": 0.007, "inner_along": 0.017, "outer": 0.01, "outer_along": 0.02, "rim": 0.005},
     "quadrilateral": {
         "first": (0.0, 0.0, 0.0),
         "second": (0.02, 0.01, 0.0),

@@ -53,6 +53,7 @@ class Model:
     wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
     graded = False  # it takes materials whose constants vary in space
+    directed = False  # it takes materials that know directions
     remembers = False  # it takes materials whose stress relaxes
     recovers = False  # it finds back to rest from any state
 
