@@ -95,6 +95,7 @@ def same(*which: str, **names: str) -> None:
     assert {"down", "most", "held", "energy"} < one.keys() & other.keys() & third.keys()
 
 
+@pytest.mark.slow
 def test_triangles_of_gmsh_are_those_of_the_shape(tmp_path: Path) -> None:
     of_file, of_shape, _ = texts("plane_strain", "tri3", "small", sheet(tmp_path / "sheet.msh", "tri3"))
     assert answers(of_file, None) == pytest.approx(answers(of_shape, None), rel=1e-9)
