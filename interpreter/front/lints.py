@@ -18,7 +18,7 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerMass
-from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.interpreter.vocabulary.supports import Bedded, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
@@ -82,6 +82,17 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("W307", declared.at(declared.thing.strength),
                              f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
                              "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
+
+
+def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
+    """Dashpots under a body at rest."""
+    if any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values()):
+        return
+    for bed in scene.of_kind("support").values():
+        if isinstance(bed.thing, Bedded) and bed.thing.damping:
+            problem = f"nothing moves here that the dashpots of `{bed.name}` could brake"
+            help = "leave it out, or follow the motion by `dynamic(...)`"
+            yield diagnostic("W357", bed.at("damping"), problem, "has no effect", help)
 
 
 def _settled(scene: Scene) -> Iterator[Diagnostic]:
@@ -153,6 +164,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
+    _densities, _stiffnesses, _gravities, _dashpots, _registered, _courses, _settled,
     _mirrored,
 )  # fmt: skip
