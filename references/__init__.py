@@ -9,6 +9,7 @@
     rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
     frame_theory       a network of beams under small loads, by the stiffness method
     graded_bar         a bar whose constants vary along it, pulled along its axis
+    prony              a bar whose stress relaxes, moved or pulled by any course
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
 
@@ -19,13 +20,14 @@ and what was measured:
     data               public data sets, by name and checksum
     measured           surfaces and tracked points in metres, with their uncertainty
     surface, ct_volume, markers, curve, virtual_scan   how they are read or made
+    values              what was published, written in the scene
     tables              named columns of numbers, with the place of each defect
     surfaces, registration, smoothing, volumes  geometry that they share
 
 To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
 language reads them), class attributes `how`, `kind`, `source` and `error_meaning`, and either `solve(cantilever) ->
-CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints` or
-`MeasuredCurve`; then add its line to `REFERENCES`.
+CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints`,
+`MeasuredCurve` or `KnownValue`; then add its line to `REFERENCES`.
 Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.
@@ -41,12 +43,14 @@ from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
 from softmark.references.kirsch import Kirsch
 from softmark.references.markers import TrackedPoints
+from softmark.references.prony import Prony
 from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.surface import SurfaceScan
 from softmark.references.torsion import Torsion
+from softmark.references.values import Values
 from softmark.references.virtual_scan import VirtualScan
 
 REFERENCES: dict[str, type] = {
@@ -59,10 +63,12 @@ REFERENCES: dict[str, type] = {
     "rucker_webster": RuckerWebster,
     "frame_theory": FrameTheory,
     "graded_bar": GradedBar,
+    "prony": Prony,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,
     "curve": CurveFromFile,
+    "values": Values,
     "ct_volume": CtVolume,
     "virtual_scan": VirtualScan,
 }

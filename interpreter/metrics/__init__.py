@@ -15,6 +15,7 @@ from typing import Any
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.dissipation import Dissipation
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
@@ -32,6 +33,7 @@ from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.metrics.stretch import Stretch
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.metrics.work import LoadWork
 
@@ -43,6 +45,7 @@ METRICS: dict[str, type[Any]] = {
     "course_norm": CourseNorm,
     "curve_error": CurveError,
     "hysteresis": Hysteresis,
+    "value_error": ErrorOfValue,
     "strain_energy_norm": StrainEnergyNorm,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,
@@ -54,6 +57,7 @@ METRICS: dict[str, type[Any]] = {
     "force": Force,
     "moment": Moment,
     "strain_energy": StrainEnergy,
+    "dissipation": Dissipation,
     "work": LoadWork,
     "period": Period,
     "frequency": Frequency,

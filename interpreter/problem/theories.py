@@ -39,6 +39,8 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_uniform(reference, case)
     try:
+        if reference.thing.about != "relaxing" and any(material.branches for material in case.materials):
+            raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
         problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
@@ -60,6 +62,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.tendon_theory import driven_rod_of
 
             return driven_rod_of(case)
+        case "relaxing":
+            from softmark.interpreter.problem import relaxing_theory
+
+            return relaxing_theory.bar_of(case)
         case "frame":
             from softmark.interpreter.problem.frame_problem import frame_of
 
@@ -82,6 +88,11 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     """What it says of forces; None of one that does not."""
     from softmark.references.torsion import TwistedCylinder
 
+    if reference.thing.about == "relaxing":
+        from softmark.interpreter.problem import relaxing_theory
+
+        own: Any = found
+        return relaxing_theory.at_rest(case, own)
     if not isinstance(found, TwistedCylinder):
         return None
     from softmark.interpreter.problem.torsion_theory import at_rest
@@ -97,6 +108,15 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
 
     told = Told(found)  # type: ignore[arg-type]
     return lambda: told
+
+
+def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
+    """Why it is not the truth of the body as it is loaded; None where nothing speaks against it."""
+    if not reference.thing.with_stress:
+        return None
+    from softmark.interpreter.problem.far_stress import doubt_of
+
+    return doubt_of(found)  # type: ignore[arg-type]
 
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:

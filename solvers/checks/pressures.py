@@ -66,6 +66,13 @@ def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None
     return Split(lambda F: np.reshape(mu, (-1, 1, 1)) * shape(F, s), g, dg, _swelling, taken)
 
 
+def isochoric(material: object, mu: float) -> Stress | None:
+    """The stress of a law that knows of changes of shape alone, of its shear modulus, Pa; None of no such formula."""
+    if type(material) is not NeoHookeanIsochoric:
+        return None
+    return lambda F: mu * _isochoric(F, -2.0 / 3.0)
+
+
 def _identity(F: Floats) -> Floats:
     found: Floats = np.broadcast_to(np.eye(3), F.shape)
     return found

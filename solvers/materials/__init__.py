@@ -8,7 +8,8 @@ in MATERIALS. Its constants may be arrays, one for each of the points that its l
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import ChainMap
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
@@ -22,6 +23,7 @@ from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.materials.viscous import Viscous
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,8 +31,8 @@ else:
     from softmark.solvers.base.deferred import np
 
 __all__ = [
-    "MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for", "parts_for",
-    "project",
+    "MATERIALS", "STRAINS", "WORDS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
+    "parts_for", "project",
 ]  # fmt: skip
 
 MATERIALS: dict[str, type[Isotropic]] = {
@@ -40,6 +42,9 @@ MATERIALS: dict[str, type[Isotropic]] = {
     "st_venant_kirchhoff": StVenantKirchhoff,
     "stable_neo_hookean": StableNeoHookean,
 }
+
+# what scenes call materials: those that are laws, and what is made around another
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, MATERIALS)
 
 
 class NoFiniteLaw(Exception):
