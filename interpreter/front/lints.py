@@ -85,14 +85,16 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
-    """Dashpots under a body at rest."""
-    if any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values()):
+    """Dashpots where no speeds are known."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if analysis is not None and isinstance(analysis.thing, Dynamic):
         return
     for bed in scene.of_kind("support").values():
         if isinstance(bed.thing, Bedded) and bed.thing.damping:
-            problem = f"nothing moves here that the dashpots of `{bed.name}` could brake"
-            help = "leave it out, or follow the motion by `dynamic(...)`"
-            yield diagnostic("W357", bed.at("damping"), problem, "has no effect", help)
+            where = f"in `{analysis.name}`" if analysis else "at rest"
+            yield diagnostic("W370", bed.at("damping"), f"the dashpots of `{bed.name}` play no part {where}",
+                             "of a dynamic analysis", "they act on speeds: declare `dynamic(...)`, or leave the damping "
+                             "out")  # fmt: skip
 
 
 def _settled(scene: Scene) -> Iterator[Diagnostic]:
