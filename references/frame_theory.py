@@ -234,7 +234,7 @@ class Frame:
         eased = np.linalg.solve(root, np.linalg.solve(root, Z.T @ (S * self._scales) @ Z).T)
         return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
 
-    def _places(self) -> list[tuple[FrameMember, Array]]:
+    def _places(self) -> list[tuple[FrameMember, Any]]:
         """Members with the unknowns of their nodes (12,)."""
         return [(m, np.concatenate([6 * n + np.arange(6) for n in m.nodes])) for m in self.members]
 
@@ -280,7 +280,8 @@ class Frame:
         values = np.linalg.eigvalsh(free)
         if values.size and values[0] <= LOOSE * values[-1]:
             raise Refused("its supports leave it free", "hold it whole")
-        return Z, np.linalg.cholesky(free)
+        root: Array = np.linalg.cholesky(free)
+        return Z, root
 
     def _balanced(self, P: Array, y: Array) -> Array:
         """K d = P in all that the held rows leave free, from what is imposed. Raises Refused."""

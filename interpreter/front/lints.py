@@ -92,9 +92,9 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
     for bed in scene.of_kind("support").values():
         if isinstance(bed.thing, Bedded) and bed.thing.damping:
             where = f"in `{analysis.name}`" if analysis else "at rest"
-            yield diagnostic("W370", bed.at("damping"), f"the dashpots of `{bed.name}` play no part {where}",
-                             "of a dynamic analysis", "they act on speeds: declare `dynamic(...)`, or leave the damping "
-                             "out")  # fmt: skip
+            problem = f"the dashpots of `{bed.name}` play no part {where}"
+            help = "they act on speeds: declare `dynamic(...)`, or leave the damping out"
+            yield diagnostic("W370", bed.at("damping"), problem, "of a dynamic analysis", help)
 
 
 def _settled(scene: Scene) -> Iterator[Diagnostic]:
