@@ -280,7 +280,7 @@ class Frame:
         values = np.linalg.eigvalsh(free)
         if values.size and values[0] <= LOOSE * values[-1]:
             raise Refused("its supports leave it free", "hold it whole")
-        root: Array = np.linalg.cholesky(free)
+        root: Array = np.asarray(np.linalg.cholesky(free), dtype=np.float64)
         return Z, root
 
     def _balanced(self, P: Array, y: Array) -> Array:
