@@ -58,7 +58,7 @@ BROAD = {
     "tapered-shafts", "triangular-bar", "carved-bodies", "graded-wall", "given-back", "line-of-force",
     "rubber-vessels", "spherical-inclusion", "plate-with-a-hole", "rigid-frames", "ringing-cylinder",
     "relaxing-bars", "relaxing-rubber", "zener-bar",
-    "stress-in-sections",
+    "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB

@@ -19,7 +19,7 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
 from softmark.records import dataclass
-from softmark.solvers.checks import solids
+from softmark.solvers.checks import laws, solids
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
 from softmark.solvers.elements import CELLS
@@ -217,6 +217,10 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 
 
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
+    of = getattr(material, "of", None) or material  # of a plate: the solid that it is made of
+    if laws.known(of):
+        stress, *centre = laws.Written(of).terms(selective)
+        return StressTerm(stress), *(StressTerm(each, centre=True) for each in centre)
     parts = material.finite_parts() if selective else None
     if parts is not None:
         return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)
