@@ -108,9 +108,8 @@ model m = frame6dof(segments = 80)
 probe tip = point(frame, at = (1, 0, 0) m)
 metric far = energy_norm(tip, against = theory)
 """
-    refused = run(text.format(force=-110)).references["theory"]
-    assert refused.status != "converged"
-    assert "small loads" in str(refused.message)
+    with pytest.raises(softmark.SceneError, match="small loads"):
+        run(text.format(force=-110))
     found = run(text.format(force=-20))
     reference = found.references["theory"]
     assert reference.status == "converged"
@@ -118,11 +117,13 @@ metric far = energy_norm(tip, against = theory)
     assert found.models["m"].metrics["far"].value * size < reference.estimated_error < 0.1 * size
 
 
-def looked(text: str) -> Any:
-    """The theory of a frame that a probe at its point (1, 0, 0) m looks at."""
+def refused(text: str) -> str:
+    """Why the theory says that a frame, which a probe at (0.5, 0, 0) m looks at, is not its own."""
     more = "reference theory = frame_theory(frame)\nprobe tip = point(frame, at = (0.5, 0, 0) m)\n"
     more += "model m = frame6dof(segments = 2)\nmetric far = energy_norm(tip, against = theory)\n"
-    return run(text + more).references["theory"]
+    with pytest.raises(softmark.SceneError, match="small loads") as found:
+        run(text + more)
+    return str(found.value)
 
 
 CLAMPED = """body frame = network([(0, 0, 0), (1, 0, 0)] m, [(1, 2)], steel, side = 10 mm)
@@ -147,9 +148,7 @@ load down = point_force(frame, at = (1, 0, 0) m, vector = (-150, 0, 0) N)
 )
 def test_a_mast_is_near_what_buckles_it_however_many_members_it_has(text: str) -> None:
     """150 N of pi^2 E I / (4 L^2) = 411.2 N is 36.5 %: in five members it seemed a twenty-fifth of that."""
-    refused = looked(text)
-    assert refused.status != "converged"
-    assert "come to 36 %" in str(refused.message)
+    assert "come to 36 %" in refused(text)
 
 
 @pytest.mark.parametrize("pair", ["(1, 2)", "(2, 1)"])
@@ -159,7 +158,7 @@ def test_a_mast_under_its_own_weight(pair: str) -> None:
 support wall = fixed(frame, where = x <= 0 m)
 load own = line_load(frame, from = (0, 0, 0) m, to = (1, 0, 0) m, vector = (-500, 0, 0) N/m)
 """
-    assert "come to 38 %" in str(looked(text).message)
+    assert "come to 38 %" in refused(text)
 
 
 def test_a_blade_that_would_tip_over() -> None:
@@ -171,9 +170,7 @@ def test_a_blade_that_would_tip_over() -> None:
 support wall = fixed(frame, where = x <= 0 m)
 load edge = point_force(frame, at = (1, 0, 0) m, vector = (0, 0, -13) N)
 """
-    refused = looked(text)
-    assert refused.status != "converged"
-    assert "come to 4" in str(refused.message)
+    assert "come to 4" in refused(text)
 
 
 def test_a_beam_held_at_both_ends_pulls_them_as_it_sags() -> None:
@@ -181,7 +178,7 @@ def test_a_beam_held_at_both_ends_pulls_them_as_it_sags() -> None:
 
     Of a tenth of that the model differs by 1.3 % of its sag, which the stated error holds.
     """
-    assert looked(CLAMPED.format(g=1000, way="-z")).status != "converged"
+    assert refused(CLAMPED.format(g=1000, way="-z"))
     text = CLAMPED.format(g=100, way="-z") + "probe mid = point(frame, at = (0.5, 0, 0) m)\n"
     text += "reference theory = frame_theory(frame)\nmodel m = frame6dof(segments = 80)\n"
     found = run(text + "metric far = energy_norm(mid, against = theory)\n")
