@@ -148,3 +148,8 @@ class Memory:
     def dissipated(self) -> float:
         """Since the start, J."""
         return float(self.lost @ self.energy.w.ravel())
+
+
+def fall_of(lost: Floats) -> float:
+    """How much of what is dissipated up to each of some times (t,), J, comes back at most."""
+    return float((np.maximum.accumulate(lost) - lost).max(initial=0.0))
