@@ -1,4 +1,7 @@
-"""Fields whose values are read by functions of their own: amounts, several texts, lists, what is varied."""
+"""Fields whose values are read by functions of their own: amounts, several texts, lists, what is varied.
+
+And what the values of a call are together: objects that refuse them, and fields of which one is to be given.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
-from softmark.interpreter.language import sweeps
+from softmark.interpreter.language import sweeps, units
 from softmark.interpreter.language.expressions import COORDINATES, Place, Quantity, VectorValue, describe
-from softmark.interpreter.language.schema import Field
+from softmark.interpreter.language.schema import Constructor, Field
+from softmark.ranges import Unfit
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.calls import Binder
+    from softmark.interpreter.language.calls import Binder, Bound
 
 Read = Callable[["Binder", Field, tree.Expression, Place], Any]
 
@@ -142,10 +146,12 @@ class FieldsOf:
         """Whether it is a field: a call that makes one, or the name of one that is declared."""
         if isinstance(part, tree.Call):
             return part.function.text in self.binder.vocabulary.get("field", {})
-        if not isinstance(part, tree.Name):
-            return False
+        return isinstance(part, tree.Name) and self.names(part, "field")
+
+    def names(self, part: tree.Name, kind: str) -> bool:
+        """Whether it is the name of a declaration of a kind."""
         symbol = self.binder.compiler.table.symbols.get(self.binder.module.prefix + part.text)
-        return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == "field"
+        return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == kind
 
     def made(self, part: tree.Expression) -> Any:
         """The field itself. Raises Bad."""
@@ -168,6 +174,28 @@ def profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -
     return found
 
 
+def fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+    """A direction, three expressions of the coordinates that make one, or a rule. Raises Bad."""
+    declared = FieldsOf(binder, place)
+    if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.names(node, "fibres")):
+        return binder.value(replace(field, form="value"), node, place)
+    if not (isinstance(node, tree.Vector) and declared.vary(node)):
+        return binder.value(replace(field, form="direction"), node, place)
+    if len(node.items) != 3 or node.unit is not None:
+        raise binder.wrong(field, node, place)
+    from softmark.interpreter.language import profile_syntax
+    from softmark.interpreter.language.profiles import Streams
+
+    evaluator = binder.compiler.scope.evaluator(binder.module, place)
+    parts = [profile_syntax.profile(item, evaluator, declared, field) for item in node.items]
+    for item, part in zip(node.items[1:], parts[1:], strict=True):
+        if part.dimension != parts[0].dimension:
+            raise place.fail("E204", item.span, "the components of a direction are of one dimension",
+                             f"not {units.named(parts[0].dimension)}", "write zero with its unit: `(-y, x, 0 mm)`"
+                             )  # fmt: skip
+    return Streams((parts[0], parts[1], parts[2]))
+
+
 FORMS: Mapping[str, Read] = {
     "amount": amount,
     "amounts": amounts,
@@ -180,4 +208,37 @@ FORMS: Mapping[str, Read] = {
     "vectors": vectors,
     "pairs": pairs,
     "each": each,
+    "fibres": fibres,
 }
+
+
+# ------------------------------------------------------------------ together
+
+
+def made(
+    binder: Binder, constructor: Constructor, values: Mapping[str, Any], bound: Mapping[str, Bound], node: tree.Call
+) -> Any:
+    """The object. Raises Bad where its values do not go together."""
+    try:
+        return constructor.cls(**values)
+    except Unfit as wrong:
+        value, place = bound.get(wrong.field, (node.function, binder.place))
+        raise place.fail("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
+
+
+def either(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
+    """Report fields of which one is to be given, where none is or more; whether there are any."""
+    broken = False
+    for names in getattr(constructor.cls, "either", ()):
+        given = [name for name in names if name in bound]
+        told = " or ".join(f"`{name}`" for name in names)
+        if not given:
+            fields = [f for name in names if (f := constructor.field(name)) is not None]
+            meanings = "; ".join(f.meaning + binder.unit_hint(f) for f in fields)
+            binder.place.fail("E351", node.function.span, f"`{constructor.name}` needs {told}", "incomplete", meanings)
+        elif len(given) > 1:
+            value, place = bound[given[-1]]
+            problem = f"`{constructor.name}` takes {told}, not both"
+            place.fail("E351", value.span, problem, "one follows from the other", f"leave out `{given[-1]}`")
+        broken |= len(given) != 1
+    return broken

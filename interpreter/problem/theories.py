@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.beam_theory import cantilever_of
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.references.cantilever import Refused
 
 if TYPE_CHECKING:
@@ -31,6 +31,10 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if any(getattr(material, "directed", False) for material in case.materials):
+        from softmark.interpreter.problem.directed import must_be_isotropic
+
+        must_be_isotropic(reference, case)
     for bed in case.beds:
         problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
         raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
@@ -43,8 +47,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
             raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
+        raise _broken(reference, refused) from refused
 
 
 def _problem(reference: Declared, case: Case) -> Any:
@@ -54,6 +57,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.torsion_theory import cylinder_of
 
             return cylinder_of(case)
+        case "inflation":
+            from softmark.interpreter.problem.inflation_theory import ball_of
+
+            return ball_of(case)
         case "sphere" | "hole":
             from softmark.interpreter.problem.far_stress import core_of
 
@@ -80,8 +87,16 @@ def _problem(reference: Declared, case: Case) -> Any:
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
-    found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+    try:
+        found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+    except Refused as refused:
+        raise _broken(reference, refused) from refused
     return found
+
+
+def _broken(reference: Declared, refused: Refused) -> Fault:
+    problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+    return fault("E503", reference.at(), problem, help=refused.remedy)
 
 
 def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
@@ -121,6 +136,9 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     """What a report has of it beside its error."""
+    if reference.thing.about == "inflation":
+        limit: Any = found.limit  # type: ignore[attr-defined]
+        return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
     if not reference.thing.with_stress:
         return {}
     from softmark.interpreter.problem.far_stress import said

@@ -15,6 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "what", nargs="?", help="models, materials, references, metrics, shapes, scenes, data, codes, units, ..."
     )
+    parser.add_argument("--library", action="store_true", help="of materials: those of the library, with their ranges")
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -30,7 +31,10 @@ def run(parsed: argparse.Namespace) -> int:
         hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
         print(visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
         return 2
-    rows = topics[what]()
+    if parsed.library and what != "materials":
+        print("error: `--library` is of `dsl list materials`", file=sys.stderr)
+        return 2
+    rows = _library() if parsed.library else topics[what]()
     width = max(len(name) for name, _ in rows)
     for name, text in rows:
         print(f"{name:<{width}}  {text}".rstrip())
@@ -63,6 +67,12 @@ def _constructors(kind: str) -> Rows:
 
     found = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
     return [(c.name, c.summary) for c in found if c is not None]
+
+
+def _library() -> Rows:
+    from softmark.interpreter.cli.library import materials
+
+    return [(own.name, f"{own.what} {own.said['Valid']}; {own.file}") for own in materials().values()]
 
 
 def _elements() -> Rows:
