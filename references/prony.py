@@ -23,8 +23,10 @@ else:
     from softmark.references.deferred import np
 
 ROUNDING = 1e-12  # relative, of a displacement: poles are roots of a polynomial
-PANELS, POINTS = 12, 10  # in which a dissipated energy is integrated between two breaks of a course
+POLISHED = 3  # times: roots of a polynomial whose rates lie far apart are known to few digits
+PANELS, POINTS = 12, 10  # in which a dissipated energy is integrated between two breaks of a course, at least
 NARROWS = 0.3  # of a panel, what the one before it is: towards a break rates are large
+SOON = 0.3  # of the shortest time, the first panel at most
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,10 @@ class Swing:
         if passed <= 0.0:
             return 0.0
         p = complex(rate, self.w)
-        since = t - self.begin
-        if abs(p) * passed < 1e-9:  # as long as nothing relaxes
-            return (self.a * passed * (1.0 - 0.5 * p * passed)).real * math.exp(-rate * (since - passed))
-        late = cmath.exp(complex(-rate * (since - passed), self.w * passed)) - math.exp(-rate * since)
-        return (self.a * late / p).real
+        late = cmath.exp(complex(-rate * (t - self.begin - passed), self.w * passed))
+        if p == 0.0:  # nothing relaxes
+            return (self.a * late).real * passed
+        return (self.a * late * -complex(np.expm1(-p * passed)) / p).real
 
 
 @dataclass(frozen=True)
@@ -108,14 +109,15 @@ class RelaxingBar:
         """Poles of the creep (k,), -1/s, what the strain has of each, and what the stress of each branch has (k, k)."""
         a, g = self._rates, np.array(self.g)
         product = np.polynomial.polynomial.polyfromroots
-        others = [product(-np.delete(a, i)) for i in range(len(a))]
-        N = (1.0 - g.sum()) * product(-a)
-        for gi, own in zip(g, others, strict=True):
-            N = np.polynomial.polynomial.polyadd(N, np.concatenate([[0.0], gi * own]))
-        value, slope = np.polynomial.polynomial.polyval, np.polynomial.polynomial.polyder(N)
+        N = product(-a)
+        for i, gi in enumerate(g):
+            N = np.polynomial.polynomial.polysub(N, gi * a[i] * product(-np.delete(a, i)))
         r = np.polynomial.polynomial.polyroots(N).real
-        strain = value(r, product(-a)) / (r * value(r, slope))
-        branches = np.array([gi * value(r, own) / value(r, slope) for gi, own in zip(g, others, strict=True)])
+        for _ in range(POLISHED):  # 1 = sum g a / (s + a), by Newton's method
+            r = r + (1.0 - (g * a / (r[:, None] + a)).sum(axis=1)) / -(g * a / (r[:, None] + a) ** 2).sum(axis=1)
+        slope = (g * a / (r[:, None] + a) ** 2).sum(axis=1)
+        strain = 1.0 / (r * slope)
+        branches = g[:, None] / ((r + a[:, None]) * slope)
         return r, strain, branches
 
     def strain_at(self, t: float) -> float:
@@ -161,7 +163,9 @@ class RelaxingBar:
         total = 0.0
         weights = 1.0 / (np.array(self.g) * np.array(self.tau) * self.young)
         for begin, end in pairwise(self.driven.breaks(self.now)):
-            cuts = begin + (end - begin) * np.concatenate([[0.0], NARROWS ** np.arange(PANELS - 1, -1, -1.0)])
+            narrow = math.log(max(1.0, (end - begin) / (SOON * min(self.tau)))) / -math.log(NARROWS)
+            panels = max(PANELS, 1 + math.ceil(narrow))
+            cuts = begin + (end - begin) * np.concatenate([[0.0], NARROWS ** np.arange(panels - 1, -1, -1.0)])
             for a, b in pairwise(cuts.tolist()):
                 at = 0.5 * (a + b) + 0.5 * (b - a) * xi
                 rates = np.array([weights @ self.branches_at(t) ** 2 for t in at.tolist()])

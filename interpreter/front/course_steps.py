@@ -16,8 +16,8 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.problem.tables import table_fault
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table, share_at
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Sine, Smooth, Table, off_the_steps
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
@@ -33,6 +33,8 @@ OFF = 0.05  # and ten, 1 - cos(pi / 10)
 def unresolved(scene: Scene) -> Iterator[Diagnostic]:
     """Courses that the step does not show: errors where what is computed would be another course, else warnings."""
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
+    if isinstance(analysis, Quasistatic):
+        yield from _remembered(scene, analysis)
     if not isinstance(analysis, Dynamic):
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
@@ -44,9 +46,7 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
         elif isinstance(course, Sine):
             yield from _swinging(declared, course, analysis.step)
         elif course.start >= analysis.duration:
-            yield diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
-                             f"at {_time(course.start)}, and the end is at {_time(analysis.duration)}",
-                             "it plays no part; analyse a longer `duration`")  # fmt: skip
+            yield _late(declared, course.start, analysis.duration)
         elif declared.kind == "support":
             yield from _moved(declared, course, analysis.step)
         elif isinstance(course, Pulse) and _width(course) < analysis.step * (1.0 - NEAR):
@@ -54,6 +54,31 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
                              f"{_time(_width(course))} of a step of {_time(analysis.step)}",
                              "its impulse is right, and so is what is slow; to see how it acts, take a step of"
                              f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
+
+
+def _remembered(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
+    """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
+    remembers = any(getattr(m.thing, "branches", ()) for m in scene.of_kind("material").values())
+    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
+        course = declared.thing.course
+        if isinstance(course, Passed):  # at one of its times
+            course = course.of.course
+        if isinstance(course, Sine) and remembers:
+            yield from _swinging(declared, course, analysis.step)
+        elif isinstance(course, Table):
+            yield from _misnamed(declared, course)
+        elif isinstance(course, Pulse | Ramp | Smooth) and course.start >= analysis.duration:
+            yield _late(declared, course.start, analysis.duration)
+        elif isinstance(course, Pulse) and not _width(course):
+            yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` ends before it begins",
+                             f"from {_time(course.start)} until {_time(course.until)}",
+                             "it plays no part; `until` is the time at which it ends")  # fmt: skip
+
+
+def _late(declared: Declared, start: float, end: float) -> Diagnostic:
+    return diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
+                      f"at {_time(start)}, and the end is at {_time(end)}",
+                      "it plays no part; analyse a longer `duration`")  # fmt: skip
 
 
 def shows(case: Case, step: float) -> bool:
@@ -73,10 +98,7 @@ def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Di
     if (fault := table_fault(declared, analysis.duration)) is not None:
         yield fault
         return
-    if units.misnamed(course.at_, course.time_unit, units.TIME):
-        yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
-                         f"{_time(course.time_unit)} here",
-                         "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
+    yield from _misnamed(declared, course)
     left = _left_out(course, analysis.step, analysis.duration)
     label = f"between the ends of steps of {_time(analysis.step)} it goes up to {100.0 * left:.2g} % of it elsewhere"
     if left > MISSED and declared.kind == "support":
@@ -90,22 +112,16 @@ def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Di
                          label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
 
 
-def _left_out(course: Table, step: float, duration: float) -> float:
-    """The largest distance of a table from straight lines between the ends of steps, relative to its largest value.
+def _misnamed(declared: Declared, course: Table) -> Iterator[Diagnostic]:
+    if units.misnamed(course.at_, course.time_unit, units.TIME):
+        yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
+                         f"{_time(course.time_unit)} here",
+                         "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
 
-    Both are straight between the rows and the ends of steps, so it is largest at one of the rows.
-    """
-    rows = times, shares, _ = course.rows
-    worst = 0.0
-    for t, share in zip(times, shares, strict=True):
-        if not 0.0 <= t <= duration:
-            continue
-        begin = math.floor(t / step * (1.0 + NEAR * NEAR)) * step
-        part = (t - begin) / step
-        if NEAR < part < 1.0 - NEAR:
-            worst = max(worst, abs(share - (1.0 - part) * share_at(rows, begin) - part * share_at(rows, begin + step)))
-    largest = max(map(abs, shares))
-    return worst / largest if largest else 0.0
+
+def _left_out(course: Table, step: float, duration: float) -> float:
+    """The largest distance of a table from straight lines between the ends of steps, relative to its largest value."""
+    return max((off for _, off in off_the_steps(course.rows, step, duration)), default=0.0)
 
 
 def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:

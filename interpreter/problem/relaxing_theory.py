@@ -30,6 +30,8 @@ def bar_of(case: Case) -> RelaxingBar:
         raise Refused(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
     if case.parts or not isinstance(material, Viscous):
         raise Refused(f"`{name}` is not of one material that relaxes", "use `viscous(...)` for all of it")
+    if not material.branches:
+        raise Refused("no share of its stress relaxes", "give it some, or compare with the theory of an elastic body")
     if material.of == "shape" and material.poisson != 0.5:
         raise Refused("its bulk modulus stays while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`")
     if not isinstance(analysis, Quasistatic):
@@ -121,12 +123,12 @@ def _driven(course: Any, now: float) -> Driven:
             w = 2.0 * math.pi * frequency
             return Driven([], [Swing(0.0, now, w, w)])
         case Pulse(start=start, until=until):
-            return Driven([(start, 1.0), (until, -1.0)], [])
+            return Driven([(start, 1.0), (until, -1.0)] if start < until else [], [])
         case Table():
             times, shares, _ = course.rows
             rows = list(zip(times, shares, strict=True))
-            slopes = [Swing(a, b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows)]
-            return Driven([(0.0, course.at(0.0))], [s for s in slopes if s.begin >= 0.0])
+            slopes = [Swing(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0]
+            return Driven([(0.0, course.at(0.0))], slopes)
     raise Refused("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
 
 

@@ -83,8 +83,8 @@ class Quasistatic:
     Time goes from 0 to `duration` in steps of `step`, and everything is measured at `times`, of which there are 20 at
     equal distances where none are given: each is a state, as those of `static(states = ...)` are, and
     `MODEL.METRIC.at(5 s)` is a number at one. What has no course acts in full from the start, and at the start itself:
-    a body that is stretched at once, and held. Steps end at every one of `times`, and where a ramp begins or ends or a
-    pulse jumps, so that none is longer than `step` and some are shorter.
+    a body that is stretched at once, and held. Steps end at every one of `times`, where a ramp begins or ends or a
+    pulse jumps, and at the kinks of a table, so that none is longer than `step` and some are shorter.
 
     Only what remembers (`viscous`) knows of time; of elastic bodies steps between `times` are left out, for what they
     do then is the same, whatever the rate.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 from softmark.records import dataclass
 
+NEAR = 1e-6  # of a step: what is there is at its end
 TableRows = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]  # times in s, shares, integrals up to each
 
 
@@ -141,6 +142,24 @@ def share_at(rows: TableRows, t: float) -> float:
     i = min(max(bisect_right(times, t), 1), len(times) - 1)
     share = (t - times[i - 1]) / (times[i] - times[i - 1])
     return shares[i - 1] + min(max(share, 0.0), 1.0) * (shares[i] - shares[i - 1])
+
+
+def off_the_steps(rows: TableRows, step: float, duration: float) -> Iterator[tuple[float, float]]:
+    """Of every row between the ends of steps its time, s, and how far it is from the straight line between these.
+
+    Relative to the largest share. Tables and these lines are straight between rows and ends of steps, so that they are
+    farthest apart at one of the rows.
+    """
+    times, shares, _ = rows
+    largest = max(map(abs, shares)) or 1.0
+    for t, share in zip(times, shares, strict=True):
+        if not 0.0 <= t <= duration:
+            continue
+        begin = math.floor(t / step * (1.0 + NEAR * NEAR)) * step
+        part = (t - begin) / step
+        if NEAR < part < 1.0 - NEAR:
+            line = (1.0 - part) * share_at(rows, begin) + part * share_at(rows, begin + step)
+            yield t, abs(share - line) / largest
 
 
 def _until(rows: TableRows, t: float) -> float:

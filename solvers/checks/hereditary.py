@@ -38,11 +38,9 @@ class Course:
         begin = np.concatenate([[0.0], t[:-1]])
         found = np.zeros(len(t))
         for g, tau in zip(self.g, self.tau, strict=True):
-            since, longer = (t[-1] - t) / tau, (t[-1] - begin) / tau
-            width = longer - since
-            even = width < 1e-8
-            mean = (np.exp(-since) - np.exp(-longer)) / np.where(even, 1.0, width)
-            found += g * np.where(even, np.exp(-since) * (1.0 - 0.5 * width), mean)
+            width = (t - begin) / tau
+            mean = np.where(width > 0.0, -np.expm1(-width) / np.where(width > 0.0, width, 1.0), 1.0)
+            found += g * np.exp(-(t[-1] - t) / tau) * mean
         return found
 
     def held(self, points: Floats, cells: Ints, kind: str, centre: bool = False) -> Floats:

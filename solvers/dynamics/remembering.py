@@ -26,10 +26,12 @@ class Remembering:
     def __init__(self, parts: Sequence[Memory | Energy], between: bool = False) -> None:
         self._first = self._parts = self._next = tuple(parts)
         self.share = 0.5 if between else 1.0
+        self.losses = [0.0]  # dissipated up to the end of every step, J
 
-    def reset(self, forces: Acting) -> None:
-        """As of a body that has always been at rest."""
-        self._parts = self._next = self._first
+    def reset(self, forces: Acting, x: Floats) -> None:
+        """As of a body that has always been at rest, and is in the state x at once."""
+        self._parts = self._next = tuple(p.accepted(x, 0.0) if isinstance(p, Memory) else p for p in self._first)
+        self.losses = [0.0]
         forces.now = forces.internal = self._over(0.0)
 
     def begin(self, forces: Acting, h: float) -> None:
@@ -45,6 +47,7 @@ class Remembering:
 
     def accepted(self) -> None:
         """It is kept."""
+        self.losses.append(self.losses[-1] + self.lost)
         self._parts = self._next
 
     def stored(self, x: Floats) -> float:

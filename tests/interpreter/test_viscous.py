@@ -132,3 +132,99 @@ def test_rubber_of_every_law_relaxes_alike(law: str, nominal: float) -> None:
     force = nominal * 1e3 * 1e-4
     for got, share in zip(model.metrics["pull"].states, (1.0, 0.791331, None, 0.573590, 0.501348), strict=True):
         assert share is None or got == pytest.approx(share * force, rel=2e-6)
+
+
+# ------------------------------------------------------------------ courses that steps do not end with
+
+LINEAR = """
+material gel   = viscous(linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3), g = [G],
+    tau = [TAU] s, of = whole)
+body     bar   = solid(box(size = (20, 10, 10) mm), gel)
+support  left  = fixed(bar, where = x <= 0 mm, components = x)
+support  front = fixed(bar, where = y <= 0 mm, components = y)
+support  below = fixed(bar, where = z <= 0 mm, components = z)
+model    cubes = fem(hex8, strain = small, size = 10 mm)
+"""
+MOVED = """
+support  right = displaced(bar, where = x >= 20 mm, by = (0.2, 0, 0) mm, components = x, course = COURSE)
+reference rod  = prony(bar)
+metric   off   = force(right, along = +x, against = rod)
+metric   heat  = dissipation(bar, against = rod)
+"""
+
+
+def linear(g: str = "0.3, 0.2", tau: str = "1, 10") -> str:
+    return LINEAR.replace("G", g).replace("TAU", tau)
+
+
+def codes(text: str) -> list[str]:
+    """Of all errors, or of all warnings of a run."""
+    try:
+        own = softmark.loads(text).run()
+    except softmark.SceneError as refused:
+        return [d.code for d in refused.diagnostics]
+    return [d.code for d in own.warnings]
+
+
+def test_a_swing_that_steps_do_not_show_is_refused_where_it_is_remembered() -> None:
+    """A swing of 1 s in steps of 1 s stands still; without a memory nothing is lost between two times."""
+    timed = "analysis hold = quasistatic(duration = 3 s, step = 1 s, times = [1.25, 3] s)\n"
+    moved = MOVED.replace("COURSE", "sine(frequency = 1 Hz)")
+    assert "E381" in codes(linear(tau="100, 1000") + moved + timed)
+    few = timed.replace("step = 1 s", "step = 200 ms")
+    assert "W377" in codes(linear(tau="100, 1000") + moved + few)
+    elastic = (
+        (linear() + moved).replace("viscous(", "").replace(", g = [0.3, 0.2],\n    tau = [1, 10] s, of = whole)", "")
+    )
+    elastic = "\n".join(line for line in elastic.splitlines() if "rod" not in line)
+    assert not {"E381", "W377"} & set(codes(elastic + "\n" + timed))
+
+
+def test_courses_that_play_no_part_say_so() -> None:
+    timed = "analysis hold = quasistatic(duration = 2 s, step = 0.25 s, times = [1, 2] s)\n"
+    for course in ("ramp(over = 1 s, start = 5 s)", "pulse(start = 2 s, until = 1 s)"):
+        assert "W378" in codes(linear() + MOVED.replace("COURSE", course) + timed)
+
+
+@pytest.mark.parametrize("rows", ["0,0\n0.999,0\n1.0,1\n2.5,1\n2.6,0.2\n4,0.2", "-1,0\n2,1\n4,0.2"])
+def test_steps_end_at_the_kinks_of_a_table(tmp_path: Path, rows: str) -> None:
+    """Between them a bar is ramped, which is exact; the theory takes what a table does from time 0 on."""
+    (tmp_path / "way.csv").write_text(f"t,v\n{rows}\n")
+    timed = "analysis hold = quasistatic(duration = 4 s, step = 0.4 s, times = [1, 2.5, 4] s)\n"
+    moved = MOVED.replace("COURSE", 'table("way.csv", at = "t", value = "v")')
+    (tmp_path / "bar.scene").write_text(linear() + moved + timed)
+    own = softmark.load(tmp_path / "bar.scene").run().models["cubes"]
+    for metric in ("off", "heat"):
+        assert max(own.curve(metric).values) < 1e-8
+
+
+def test_creep_under_what_acts_at_once_says_where_steps_do_not_show_it() -> None:
+    """Steps of ten times tau are 4 % off, and what is held at once is exact at any step."""
+    timed = "analysis hold = quasistatic(duration = 30 s, step = 10 s, times = [10, 30] s)\n"
+    load = "load pull = traction(bar, where = x >= 20 mm, vector = (600 Pa, 0 Pa, 0 Pa))\n"
+    assert "W369" in codes(linear("0.5", "1") + load + timed)
+    assert "W369" not in codes(linear("0.5", "1") + MOVED.replace(", course = COURSE", "") + timed)
+
+
+def test_the_theory_of_what_relaxes_is_refused_where_no_share_does() -> None:
+    timed = "analysis hold = quasistatic(duration = 2 s, step = 0.5 s, times = [1, 2] s)\n"
+    assert codes(linear("0", "1") + MOVED.replace(", course = COURSE", "") + timed) == ["E503"]
+
+
+def test_dissipated_energy_that_comes_back_in_a_motion_is_said() -> None:
+    """The wrong example of W368, without inertia to speak of."""
+    text = """
+material gel    = viscous(neo_hookean_isochoric(young = 60 kPa, poisson = 0.49, density = 1e-3 kg/m^3), g = [0.9],
+    tau = [1] s)
+body     bar    = solid(box(size = (20, 10, 10) mm), gel)
+support  left   = fixed(bar, where = x <= 0 mm, components = x)
+support  front  = fixed(bar, where = y <= 0 mm, components = y)
+support  below  = fixed(bar, where = z <= 0 mm, components = z)
+support  right  = displaced(bar, where = x >= 20 mm, by = (30, 0, 0) mm, components = x, course = pulse(until = 1 s))
+analysis hold   = dynamic(duration = 2 s, step = 0.1 s)
+model    cubes  = fem(hex8, strain = finite, size = 10 mm, formulation = mean_dilatation)
+probe    mid    = point(bar, at = (10, 5, 5) mm)
+metric   far    = displacement(mid, along = +x)
+"""
+    assert "W368" in codes(text)
+    assert "W368" not in codes(text.replace("(30, 0, 0) mm", "(0.3, 0, 0) mm"))

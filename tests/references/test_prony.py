@@ -78,3 +78,24 @@ def test_work_is_what_is_stored_and_what_is_dissipated(force: bool) -> None:
 def test_what_flows_under_a_force_is_refused() -> None:
     with pytest.raises(Refused, match="flows"):
         bar(ONCE, 1.0, force=True, g=(1.0,), tau=(1.0,))
+
+
+@pytest.mark.parametrize(
+    ("g", "tau"), [((0.3, 0.2, 0.1), (1e-6, 1.0, 1e6)), ((0.1,) * 9, (*10.0 ** np.arange(-6, 3),))]
+)
+def test_times_that_lie_far_apart_are_known_to_all_digits(g: tuple[float, ...], tau: tuple[float, ...]) -> None:
+    """At once a bar is elastic: J(0) = 1, to what rounding leaves of the sum of all poles' parts."""
+    assert bar(ONCE, 0.0, force=True, g=g, tau=tau).strain_at(0.0) == pytest.approx(1.0, rel=1e-13)
+
+
+@pytest.mark.parametrize("tau", [1e-12, 1e-8, 1e-4])
+def test_what_relaxes_in_no_time_is_dissipated(tau: float) -> None:
+    """Of a bar held at once g / 2 is dissipated in the end; of one under a force, that creeps to 2, g / 2 as well."""
+    assert bar(ONCE, 1.0, g=(0.5,), tau=(tau,)).dissipated == pytest.approx(0.25, rel=1e-8)
+    assert bar(ONCE, 1.0, force=True, g=(0.5,), tau=(tau,)).dissipated == pytest.approx(0.5, rel=1e-8)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-12, 1e-9, 1e-8, 1e-7])
+def test_a_slow_term_follows_a_ramp_without_rounding(rate: float) -> None:
+    """(1 - exp(-r)) / r = 1 - r/2 + r^2/6."""
+    assert Swing(0.0, 1.0, 1.0).left(rate, 1.0) == pytest.approx(1.0 - rate / 2.0 + rate**2 / 6.0, rel=1e-15)

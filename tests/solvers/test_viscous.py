@@ -144,6 +144,15 @@ def test_what_is_dissipated_is_the_work_less_what_is_stored_and_never_falls() ->
     assert work == pytest.approx(stored + memory.dissipated, rel=1e-3)  # the rule of the work, by steps of h / 32
 
 
+@pytest.mark.parametrize("z", [1e-12, 1e-9, 1e-6, 1e-4, 2e-3])
+def test_what_a_short_step_dissipates_is_no_difference_of_nearly_equal_numbers(z: float) -> None:
+    """A ramp to e in z tau: E g e^2 z / 3 (1 - 3 z / 4 + 7 z^2 / 20), the integral of (s - s^2/2 + s^3/6)^2."""
+    energy, along, _ = cell()
+    memory = Memory.at_rest(energy, series(g=np.array([0.5]), tau=np.array([1.0]))).accepted(0.01 * along, z)
+    exact = 0.5 * 0.01**2 * z / 3.0 * (1.0 - 0.75 * z + 0.35 * z * z)
+    assert memory.dissipated == pytest.approx(exact, rel=2e-9)
+
+
 def test_maxwells_fluid_forgets_all_and_a_short_time_is_kelvin_and_voigts_dashpot() -> None:
     _, forces = followed(lambda t: 0.01, [0.0, 1.0, 3.0], g=np.array([1.0]), tau=np.array([1.0]))
     np.testing.assert_allclose(forces / 0.01, [1.0, 0.367879, 0.049787], atol=1e-6)
@@ -230,6 +239,14 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
     assert memory.dissipated == pytest.approx(G.sum() * float(memory.W @ energy.w.ravel()), rel=1e-9)
 
 
+def test_the_integral_over_the_past_weighs_short_steps_as_exactly_as_long_ones() -> None:
+    """g (1 - exp(-z)) / z = g (1 - z/2 + z^2/6) of the last step, whose z was a difference of exponentials."""
+    for z in (1e-12, 2e-8, 1e-6):
+        weights = Course([1.0, 1.0 + z], [], BAR.P, np.array([0.5]), np.array([1.0]), True).weights()
+        z = (1.0 + z) - 1.0
+        assert weights[-1] == pytest.approx(0.5 * (1.0 - z / 2.0 + z * z / 6.0), rel=1e-14)
+
+
 def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion() -> None:
     law = NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
@@ -288,3 +305,18 @@ def test_a_mass_on_zeners_spring_in_every_integrator(integrator: str) -> None:
     left = energies["kinetic"] + energies["strain"] + energies["damping"] - energies["load_work"]
     if order == 2.0:
         assert np.abs(left).max() < 2e-3 * energies["load_work"].max()
+
+
+def test_what_is_moved_at_once_in_a_motion_has_been_stretched_in_no_time() -> None:
+    """The first step relaxes what the start has brought, and is no ramp to it."""
+    energy, along, _ = cell()
+    memory = Remembering([Memory.at_rest(energy, series())])
+    acting = type("Acting", (), {"internal": (), "now": None})()
+    memory.reset(acting, 0.01 * along)
+    memory.begin(acting, 5.0)
+    memory.tried(acting, 0.01 * along, 5.0)
+    memory.accepted()
+    force = np.zeros(24)
+    acting.internal[0].add_gradient(0.01 * along, force)
+    assert np.abs(force).sum() / 2.0 == pytest.approx(0.01 * modulus(5.0), rel=1e-12)
+    assert memory.losses[-1] > 0.0

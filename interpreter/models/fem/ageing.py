@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers import carried, vibrations
 from softmark.interpreter.models.fem.build import PreparedSolid, at_rest, elastic_of, mass_of
@@ -20,14 +19,15 @@ from softmark.interpreter.models.shared.holding import held_values
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.viscous import came_back
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Smooth
+from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Smooth, Table, off_the_steps
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.remembering import Memory
+from softmark.solvers.energies.remembering import Memory, fall_of
 from softmark.solvers.materials.relaxing import series_of
 from softmark.solvers.statics.ageing import Aged, Instant, Remembers, aged, begun, followed
 
@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Watch
 
 SAME = 1e-9  # of a step: times that are nearer are one
-FALLS = 1e-3  # of what is dissipated: less than this may come back without a word
-ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
+KINKED = 1e-3  # of a table's largest value: steps end at its rows that are farther from what steps make of it
 BEFORE = 1e-9  # of a step: where a course is looked at before it jumps
 
 
@@ -142,6 +141,8 @@ class PreparedAged(OnMesh):
         courses = {*self.courses, *(course for course, _ in self.movers)}
         jumps = {t for c in courses if isinstance(c, Pulse) for t in (c.start, c.until)}
         times |= jumps | {t for c in courses if isinstance(c, Ramp | Smooth) for t in (c.start, c.start + c.over)}
+        tables = (off_the_steps(c.rows, analysis.step, analysis.duration) for c in courses if isinstance(c, Table))
+        times |= {t for rows in tables for t, off in rows if off > KINKED}
         last = -1.0
         for t in sorted(times):
             if t - last <= near or t > analysis.duration + near:
@@ -210,15 +211,7 @@ class PreparedAged(OnMesh):
     def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
         """A warning where dissipated energy has come back."""
         lost = np.array((0.0, *state.losses))
-        fall = float(np.maximum(0.0, np.maximum.accumulate(lost) - lost).max())
-        most = float(np.abs(lost).max())
-        if fall <= FALLS * most + ROUNDED * abs(state.work):
-            return
-        share = 100.0 * fall / most
-        yield diagnostic("W368", self.declared.at(), f"of the energy that `{self.declared.name}` has dissipated"
-                         f" {share:.2g} % comes back", "no body does that",
-                         "at large strain a series of stresses has no energy of its own: take smaller steps, and what"
-                         " is left for the limit of the law")  # fmt: skip
+        yield from came_back(self.declared, fall_of(lost), float(np.abs(lost).max()), abs(state.work))
 
 
 # ------------------------------------------------------------------ building

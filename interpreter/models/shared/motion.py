@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, Self
@@ -142,6 +142,7 @@ class PreparedMotion:
         notes = (
             *_events(self.declared, track),
             *_unbalanced(self.declared, track),
+            *_came_back(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
         )
         facts = _facts(track) | self._mesh_facts() | ({} if found is None else {"resolution": found.facts})
@@ -248,6 +249,18 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
             "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
         ),
     )
+
+
+def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
+    """A warning where energy that what remembers has dissipated comes back."""
+    if problem.remembering is None:
+        return
+    from softmark.interpreter.models.shared.viscous import came_back
+    from softmark.solvers.energies.remembering import fall_of
+
+    lost = np.array(problem.remembering.losses)
+    moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
+    yield from came_back(declared, fall_of(lost), float(np.abs(lost).max()), moved)
 
 
 def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:

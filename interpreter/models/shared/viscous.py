@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
 TOGETHER = 1e-9  # beyond one in all, as rounding leaves it
+FALLS = 1e-3  # of what is dissipated: less than this may come back without a word
+ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
 COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
 # levers that change how a state is solved, and what they may be
 PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "start": None, "cap": None}
@@ -102,9 +104,19 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
     fast = [tau for tau in times if analysis.step > COARSE * tau]
-    if fast and any(thing.course is not None for thing in (d.thing for d in (*case.loads, *case.supports))):
+    if fast and (case.loads or any(support.thing.course is not None for support in case.supports)):
         shown = units.show(float(f"{min(fast):.4g}"), units.TIME)
         yield diagnostic("W369", case.body.at("material"), f"a step of {units.show(analysis.step, units.TIME)} does not"
                          f" show what relaxes within {shown}", "resolved in the mean",
                          "what follows slowly is right, and how it comes there is not seen: compare with half the"
                          " step")  # fmt: skip
+
+
+def came_back(declared: Declared, fall: float, most: float, work: float) -> Iterator[Diagnostic]:
+    """A warning where of what is dissipated, J at `most`, some has come back; `work` is what bodies are moved by."""
+    if fall <= FALLS * most + ROUNDED * work:
+        return
+    yield diagnostic("W368", declared.at(), f"of the energy that `{declared.name}` has dissipated"
+                     f" {100.0 * fall / most:.2g} % comes back", "no body does that",
+                     "at large strain a series of stresses has no energy of its own: take smaller steps, and what"
+                     " is left for the limit of the law")  # fmt: skip
