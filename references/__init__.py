@@ -19,13 +19,14 @@ and what was measured:
     data               public data sets, by name and checksum
     measured           surfaces and tracked points in metres, with their uncertainty
     surface, ct_volume, markers, curve, virtual_scan   how they are read or made
+    values              what was published, written in the scene
     tables              named columns of numbers, with the place of each defect
     surfaces, registration, smoothing, volumes  geometry that they share
 
 To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
 language reads them), class attributes `how`, `kind`, `source` and `error_meaning`, and either `solve(cantilever) ->
-CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints` or
-`MeasuredCurve`; then add its line to `REFERENCES`.
+CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints`,
+`MeasuredCurve` or `KnownValue`; then add its line to `REFERENCES`.
 Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
 
 Importing this package imports neither numpy nor scipy: naming a reference costs nothing until it is solved.
@@ -47,6 +48,7 @@ from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.surface import SurfaceScan
 from softmark.references.torsion import Torsion
+from softmark.references.values import Values
 from softmark.references.virtual_scan import VirtualScan
 
 REFERENCES: dict[str, type] = {
@@ -63,6 +65,7 @@ REFERENCES: dict[str, type] = {
     "surface": SurfaceScan,
     "markers": TrackedPoints,
     "curve": CurveFromFile,
+    "values": Values,
     "ct_volume": CtVolume,
     "virtual_scan": VirtualScan,
 }

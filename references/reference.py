@@ -13,7 +13,7 @@ class Reference:
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
     PulledBar, a DrivenRod, a RoundCore or a Frame what that does. `measured`: `load()` gives a MeasuredSurface,
-    MeasuredPoints or a MeasuredCurve.
+    MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

@@ -24,7 +24,10 @@ _PART = r"(?:[^\W\d_]|[%°])+\.?(?:(?:\^|\*\*)?-?\d)?"
 _UNIT = rf"(?:1/)?{_PART}(?:[*/·. ]{_PART})*"  # `kN/m^2`, `°C`, `Sekunden`
 UNIT = re.compile(rf"{_UNIT}|\( ?(?:{_UNIT}|[-1]) ?\)|\[ ?(?:{_UNIT}|[-1]) ?\]")
 NO_UNIT = ("", "-", "\N{EN DASH}")  # of a column of plain numbers, beside others that have one
-MISSING = frozenset(("na", "n/a", "nan", "inf", "infinity", "nil", "none", "null", "missing"))  # numbers that are none
+MISSING = frozenset((  # numbers that are none
+    "na", "n/a", "n.a", "n.a.", "nd", "n.d", "n.d.", "nan", "inf", "infinity", "nil", "none", "null", "missing",
+    "empty", "void", "no", "x", "keine", "fehlt",
+))  # fmt: skip
 
 Row = tuple[int, list[str]]  # the number of its line, and its fields
 

@@ -214,6 +214,10 @@ def _checked(name: str, volume: VoxelVolume) -> VoxelVolume:
     if volume.axes.shape != (3, 3) or not abs(np.linalg.det(volume.axes)) > 0:
         raise Unreadable(name, "the steps of its grid do not span space", "give `spacing`")
     values = values.astype(np.float64 if values.dtype == np.float64 else np.float32)
-    if not np.isfinite(values).all():
-        raise Unreadable(name, "some of its voxels are not finite numbers", "fill them with a value first")
+    if not (finite := np.isfinite(values)).all():
+        i, j, k = np.unravel_index(int(finite.argmin()), finite.shape)
+        reason = (
+            f"{int((~finite).sum())} of its {finite.size} voxels are not finite numbers, the first is ({i}, {j}, {k})"
+        )
+        raise Unreadable(name, f"{reason}, counted from 0", "fill them with a value first")
     return VoxelVolume(values, volume.axes, volume.origin)

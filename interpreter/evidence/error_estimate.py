@@ -36,6 +36,8 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.parts.resultants import of_selections
 from softmark.interpreter.problem.view import View
@@ -215,7 +217,25 @@ def stated(
         from softmark.interpreter.evidence.curve_answers import at_rest
 
         found |= at_rest(scene, [*before, (view, found)], measured)
-    return found
+    return found | _of_values(scene, found, measured)
+
+
+def _of_values(scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]) -> dict[str, StatedError]:
+    """Of numbers that are held against values: what is stated of the number, relative to what the error is."""
+    stated = {}
+    for name, metric in scene.of_kind("metric").items():
+        thing = metric.thing
+        if not isinstance(thing, ErrorOfValue) or thing.of not in found or thing.against not in measured:
+            continue
+        own = found[thing.of]
+        try:
+            size = thing.size(measured[thing.against])
+        except Undefined as undefined:
+            stated[name] = StatedError(reason=str(undefined))
+            continue
+        parts = {part: None if value is None else value / size for part, value in own.parts.items()}
+        stated[name] = replace(own, value=None if own.value is None else own.value / size, unit="1", parts=parts)
+    return stated
 
 
 def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:

@@ -91,7 +91,7 @@ def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
     analysis, tolerance = analyses[0], analyses[0].thing.tolerance
     for name, metric in scene.of_kind("metric").items():
         found = (m.metrics.get(name) for m in models.values() if m.status == "converged")
-        values = sorted(m.value for m in found if m is not None and m.value is not None)
+        values = sorted(m.value for m in found if m is not None and m.value is not None and m.meaningful)
         if metric.thing.unit != "1" or metric.thing.measured_from is None:
             continue
         gaps = (b - a for a, b in pairwise(values) if b - a > SEEN * abs(b))

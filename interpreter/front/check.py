@@ -35,7 +35,7 @@ from softmark.interpreter.vocabulary.supports import Symmetric
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
-    found: list[Diagnostic] = [*states.faults(scene)] if complete else []
+    found: list[Diagnostic] = [*states.faults(scene), *_given_values(scene)] if complete else []
     where = states.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(where, found)
@@ -336,6 +336,14 @@ def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         from softmark.interpreter.front import curves
 
         yield from curves.faults(scene, found)
+
+
+def _given_values(scene: Scene) -> Iterator[Diagnostic]:
+    """Values that a scene gives for all its states, and what is held against them."""
+    if any(d.constructor.name == "values" for d in scene.of_kind("reference").values()):
+        from softmark.interpreter.front import values
+
+        yield from values.faults(scene)
 
 
 def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:

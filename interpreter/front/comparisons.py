@@ -26,18 +26,20 @@ from softmark.interpreter.metrics.stress import AXES, Stress
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
+from softmark.references.values import Values
 
-Known = Literal["field", "surface", "points", "curve"]
+Known = Literal["field", "surface", "points", "curve", "value"]
 
 KNOWN = {
     "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
-    "curve": "a measured curve",
+    "curve": "a measured curve", "value": "a value that is given",
 }  # fmt: skip
 POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
 
@@ -58,6 +60,8 @@ def known_of(reference: Declared) -> Known:
         return "points"
     if isinstance(reference.thing, CurveFromFile):
         return "curve"
+    if isinstance(reference.thing, Values):
+        return "value"
     return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 
 
@@ -184,6 +188,8 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
         return None
     reference, word = scene.declared[name], metric.constructor.name
     known = known_of(reference)
+    if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
+        return _values(metric, name, known)
     if isinstance(metric.thing, OfForces) and reference.kind != "model" and not _knows_forces(reference):
         return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
@@ -211,6 +217,16 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
                         'curves that were measured are `curve("pull.csv", ...)`')  # fmt: skip
     return _Refusal("against", f"`{word}` cannot be told from a curve, which is all that `{name}` is", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
+
+
+def _values(metric: Declared, name: str, known: Known) -> _Refusal:
+    """Numbers are held against values that are given, and nothing else is."""
+    word = metric.constructor.name
+    if known != "value":
+        return _Refusal("against", f"`{word}` takes a value that is given, and `{name}` is {KNOWN[known]}", "no value",
+                        "values are given as `values(53.4 mm, uncertainty = 0.05 mm, source = \"...\")`")  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be told from a value, which is all that `{name}` is", "only a value",
+                    f"hold a number against it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
 
 
 def _knows_forces(reference: Declared) -> bool:

@@ -127,6 +127,10 @@ def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool) -> D
             return diagnostic("E509", metric.at(field), f"`{other.name}` is an error already, and no measurement",
                               "has no curve",
                               "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
+    if thing.over == thing.of and not moving:
+        return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` over itself is a straight line",
+                          "the same metric", "name the metric of the other axis: `over = travel`, where `metric travel"
+                          " = displacement(grip, along = +z)`")  # fmt: skip
     if moving and isinstance(thing, Hysteresis):
         return diagnostic("E509", metric.at(), f"`{metric.name}` is known at rest alone, and the analysis is a motion",
                           "no states", "analyse states that go up and down again: `static(states = [25, 50, 75, 100,"

@@ -170,6 +170,7 @@ WORDS = {
     "strain_error": "strain_energy_norm", "linear_ramp": "ramp", "smoothstep": "smooth", "cosine": "sine",
     "sinusoid": "sine", "impulse": "pulse", "experiment": "reference", "measurement": "reference",
     "ground_truth": "reference", "truth": "reference", "paper": "published", "table": "published",
+    "known_value": "values", "literature": "values", "literature_value": "values", "benchmark_value": "values",
     "parameter_study": "sweep", "grid": "sweep", "vary": "sweep", "refinement": "sweep", "richardson": "convergence",
     "gci": "convergence", "order": "convergence", "front": "pareto", "trade_off": "pareto", "tradeoff": "pareto",
     "stress": "stability", "robustness": "stability", "limits": "stability", "extremes": "stability",

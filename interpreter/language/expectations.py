@@ -216,7 +216,8 @@ def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
     for value, operand in zip(values[1:], node.operands[1:], strict=True):
         if value.dimension != values[0].dimension:
             due, found = units.named(values[0].dimension), units.named(value.dimension)
-            given = f"{due} in {units.usual(values[0].dimension)}"
+            named = values[0].dimension in units.NAMES  # of another, its name is its unit
+            given = f"{due} in {units.usual(values[0].dimension)}" if named else due
             if values[0].dimension == units.NONE:
                 given = "one, or with a percentage"
             raise evaluator.place.fail(

@@ -29,6 +29,17 @@ def amount(binder: Binder, field: Field, node: tree.Expression, place: Place) ->
     return value
 
 
+def amounts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+    """One amount, or several of one dimension in a list. Raises Bad."""
+    if isinstance(node, tree.List):
+        found: VectorValue = binder.value(replace(field, form="list", dimension=None), node, place)
+        if not found.values:
+            raise binder.wrong(field, node, place)
+        return found
+    one = amount(binder, field, node, place)
+    return VectorValue((one.value,), one.dimension)
+
+
 def files(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
     """One file or several. Raises Bad."""
     one = replace(field, form="file")
@@ -159,6 +170,7 @@ def profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -
 
 FORMS: Mapping[str, Read] = {
     "amount": amount,
+    "amounts": amounts,
     "files": files,
     "texts": texts,
     "points": points,

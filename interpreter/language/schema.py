@@ -29,6 +29,7 @@ Form = Literal[
     "files",
     "texts",
     "amount",
+    "amounts",
     "direction",
     "condition",
     "components",
@@ -114,6 +115,7 @@ _EXPECTED = {
     "files": "a file name in double quotes, or a list of them",
     "texts": "a text in double quotes, or a list of them",
     "amount": "a quantity such as `1 mm` or `2 %`",
+    "amounts": "a quantity such as `53.4 mm`, or a list of them",
     "direction": "a direction such as `-z` or `(0, 0, -1)`",
     "condition": "a condition on the coordinates, such as `x <= 0 mm`",
     "components": "components such as `x` or `(x, y)`",
@@ -243,8 +245,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "flag"}
     if spec in ("file", "file or folder"):
         return {"form": "file", "folder": spec == "file or folder"}
-    if spec.split(" in ")[0] == "amount":
-        return {"form": "amount", "interval": Interval.read(spec)}
+    if (form := spec.split(" in ")[0]) in ("amount", "amounts"):
+        return {"form": form, "interval": Interval.read(spec)}
     if spec in ("direction", "condition", "components", "target", "targets", "variants", "files", "texts"):
         return {"form": spec}
     if base is str and not spec:

@@ -32,6 +32,7 @@ from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.metrics.stretch import Stretch
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.metrics.work import LoadWork
 
@@ -43,6 +44,7 @@ METRICS: dict[str, type[Any]] = {
     "course_norm": CourseNorm,
     "curve_error": CurveError,
     "hysteresis": Hysteresis,
+    "value_error": ErrorOfValue,
     "strain_energy_norm": StrainEnergyNorm,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,

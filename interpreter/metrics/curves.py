@@ -90,7 +90,8 @@ def _grown(x: Floats, y: Floats) -> tuple[Floats, Floats]:
         return x, y
     if (steps < 0.0).all():
         return x[::-1], y[::-1]
-    raise Undefined("it turns back on the way, and a curve has one value for each x")
+    how = "turns back" if (steps < 0.0).any() and (steps > 0.0).any() else "stands still"
+    raise Undefined(f"it {how} on the way, and a curve has one value for each x")
 
 
 @dataclass(frozen=True)

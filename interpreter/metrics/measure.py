@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curves import Course
-from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
+from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
 from softmark.interpreter.metrics.metric import Metric
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.problem.case import body_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
@@ -57,10 +58,12 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     against = metric.thing.measured_from
     if against == view.name:
         return False
-    probe, model = metric.thing.looked_at, scene.declared[view.name].kind == "model"
+    thing = metric.thing
+    whose = scene.declared[thing.of].thing if isinstance(thing, ErrorOfValue) else thing
+    probe, model = whose.looked_at, scene.declared[view.name].kind == "model"
     if probe is None:  # about forces, or the computation itself
         same = against is None or body_of(scene, scene.declared[against]) == view.body
-        return model and same and metric.thing.body_in(scene) in (None, view.body)
+        return model and same and thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
@@ -75,6 +78,8 @@ def _metric(
         seen = seen_of(thing, view, views)
         if isinstance(thing, OfCurves):
             seen = replace(seen, curve=course_of(scene, thing, [*(known[view.name] for known in before), view]))
+        elif isinstance(thing, ErrorOfValue):
+            seen = replace(seen, number=number_of(scene, thing, view))
         measured = measured_by(thing, seen)
     except Undefined as undefined:
         return MetricResult(None, thing.unit, str(undefined), published=published), None
@@ -91,6 +96,7 @@ def _metric(
         uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
         published=published,
         curve=None if measured.curve is None else _drawn(measured.curve),
+        doubt=(against or view).doubt,
     )
     at_points = measured.at_points
     return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
@@ -131,6 +137,12 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
     over = scene.declared[thing.over].thing
     x, y = (np.array([measured_by(one, seen_of(one, view, {})).value for view in views]) for one in (over, of))
     return Course(x, y, (key_of(over.unit), key_of(of.unit)))
+
+
+def number_of(scene: Scene, thing: ErrorOfValue, view: View) -> Number:
+    """What the metric comes to whose number is held against a value. Raises Undefined."""
+    of = scene.declared[thing.of].thing
+    return Number(measured_by(of, seen_of(of, view, {})).value, key_of(of.unit))
 
 
 def key_of(unit: str) -> str:
@@ -196,6 +208,7 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
         reference.at_rest,
         reference.curve,
         reference.stress,
+        reference.value,
     )
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import AtRest
     from softmark.interpreter.results.report import Timing
     from softmark.references.measured import MeasuredSurface
+    from softmark.references.values import KnownValue
     from softmark.solvers.stresses.field import Stresses
 
     Floats = NDArray[np.float64]
@@ -39,6 +40,7 @@ class Known:
     at_rest: AtRest | None = None  # of a model
     curve: Curve | None = None  # that was measured
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
+    value: KnownValue | None = None  # that was given
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,15 @@ class Seen:
     at_rest: AtRest | None = None  # of a model: what supports carry, and energies
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
     curve: Course | None = None  # of another metric, where it is asked for
+    number: Number | None = None  # of another metric, where it is asked for
+
+
+@dataclass(frozen=True)
+class Number:
+    """What another metric comes to, SI; `unit` as keys of details end in it."""
+
+    value: float
+    unit: str
 
 
 @dataclass(frozen=True)

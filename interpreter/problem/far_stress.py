@@ -37,7 +37,7 @@ IN_PLANE = 1e-9  # of the body's size: how far beside the centre a plane of symm
 BALL = 'a `sphere(part = octant)` with one part around its centre, a `spherical_shell(part = octant)`, or a '\
        '`quarter_ring` that turns'  # fmt: skip
 SMALL = 0.01  # gradient of the displacement up to which small strain and rotation are said nothing of
-LARGE = "; it takes strains and rotations for small, which come to {:.3g} %: a body that obeys large ones differs"
+LARGE = "it takes strains and rotations for small, which come to {:.3g} %: a body that obeys large ones differs"
 PULLS = "`tension(...)` and `pressure(...)` on all of the outer border, and nothing else"
 
 
@@ -199,11 +199,17 @@ def _along(load: Declared, case: Case) -> Vector3:
 def said(core: RoundCore) -> str:
     """What the finite size of the body makes, in a sentence."""
     place = "around the hole" if core.core is None else "at the border of the inclusion"
-    large = core.largest_gradient
+    doubt = doubt_of(core)
     return (
         f"it is exact for a body of this size; stress {place} differs from that in a body without end by up to "
         f"{100.0 * core.size_matters:.3g} % of that from afar"
-    ) + (LARGE.format(100.0 * large) if large > SMALL else "")
+    ) + (f"; {doubt}" if doubt else "")
+
+
+def doubt_of(core: RoundCore) -> str | None:
+    """Why the theory is not the truth of the body: deformations that are not small."""
+    large = core.largest_gradient
+    return LARGE.format(100.0 * large) if large > SMALL else None
 
 
 @dataclass(frozen=True)

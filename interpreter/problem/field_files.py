@@ -174,8 +174,11 @@ def _numbers(field: Field, file: Path, read: Any, cells: Any, blocks: list[int])
     found = np.asarray(read.point_data[name] if name in read.point_data else on_cells[name], dtype=np.float64)
     if found.ndim > 1 and found.shape[1:] != (1,):
         raise Unreadable(file.name, f"`{name}` has {found[0].size} numbers at each place", "name an array of one")
-    found = found.reshape(len(found))
-    found = found[cells.ravel()] if name in read.point_data else np.repeat(found, cells.shape[1])
-    if not np.isfinite(found).all():
-        raise Unreadable(file.name, f"some numbers of `{name}` are not finite", "fill them with a value first")
-    return found
+    found, on_points = found.reshape(len(found)), name in read.point_data
+    places = cells.ravel() if on_points else np.repeat(np.arange(len(cells)), cells.shape[1])
+    values: Floats = found[places]
+    if len(wrong := np.unique(places[~np.isfinite(values)])):
+        where = f"{'point' if on_points else 'solid cell'} {wrong[0]}, counted from 0"
+        reason = f"{len(wrong)} of the {len(found)} numbers of `{name}` are not finite, the first is of {where}"
+        raise Unreadable(file.name, reason, "fill them with a value first")
+    return values

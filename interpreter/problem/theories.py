@@ -99,6 +99,15 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     return lambda: told
 
 
+def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
+    """Why it is not the truth of the body as it is loaded; None where nothing speaks against it."""
+    if not reference.thing.with_stress:
+        return None
+    from softmark.interpreter.problem.far_stress import doubt_of
+
+    return doubt_of(found)  # type: ignore[arg-type]
+
+
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     """What a report has of it beside its error."""
     if not reference.thing.with_stress:

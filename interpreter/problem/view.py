@@ -34,7 +34,9 @@ class View:
     weights: Mapping[str, Floats] = field(default_factory=dict)
     surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
     curve: Any = None  # measured: x, y and the uncertainty of y
+    value: Any = None  # given: a KnownValue
     uncertainty: float = 0.0  # m, of a reference
+    doubt: str | None = None  # why a reference is not the truth of the body as it is loaded
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)

@@ -148,6 +148,7 @@ class MetricResult:
     uncertainty: float | None = None
     published: float | None = None
     curve: SeenCurve | None = None
+    doubt: str | None = None  # why what it is of, or measured from, may be no truth here
     states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
 
     @property
@@ -165,6 +166,7 @@ class MetricResult:
         if self.published is not None:
             own["published"] = self.published
         own |= {} if self.curve is None else {"curve": self.curve.to_json()}
+        own |= {} if self.doubt is None else {"doubt": self.doubt}
         if self.states:
             own["states"] = list(self.states)
         return {**own, **self.details}

@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.curves import Curve
 from softmark.interpreter.models.prepare import from_a_model, measurement
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.problem.points import above, facts_of, scanned, seen_finite
-from softmark.interpreter.problem.theories import at_rest_of, facts_of_theory, solved, stress_of
+from softmark.interpreter.problem.theories import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult, ReferenceResult, SeenCurve, SeenSurface, clean
@@ -24,16 +24,18 @@ from softmark.interpreter.run.answers import Work
 from softmark.records import dataclass
 from softmark.references.curve import MeasuredCurve
 from softmark.references.measured import MeasuredSurface
+from softmark.references.values import KnownValue
 
 DRAWN = 400  # points of a measured curve that a report keeps
 
 
 @dataclass(frozen=True)
 class Known:
-    """What a theory may know beside displacements: forces, and stress as a model has it."""
+    """What a theory may know beside displacements: forces, stress as a model has it, why it may be no truth here."""
 
     rest: AtRest | None = None
     stress: Callable[[], Any] | None = None
+    doubt: str | None = None
 
 
 def read(work: Work) -> None:
@@ -102,7 +104,7 @@ def _reference(work: Work, declared: Declared) -> None:
         case = work.case(declared)
         found = work.options.recall(work.scene, declared, lambda: solved(declared, case))
         error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
-        more = Known(rest, stress_of(declared, found))
+        more = Known(rest, stress_of(declared, found), doubt_of_theory(declared, found))
         facts = facts_of_theory(declared, found)
         _keep_reference(work, declared, lambda X: above(found.displacement(X), error), error, facts, more)
     except Fault as refused:
@@ -143,7 +145,7 @@ def _keep_reference(
     more = more or Known()
     work.views[declared.name] = View(
         declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error,
-        at_rest=more.rest, stress=more.stress,
+        at_rest=more.rest, stress=more.stress, doubt=more.doubt,
     )  # fmt: skip
     work.references[declared.name] = ReferenceResult(
         declared.name, "converged", None, cls.kind, cls.source, error, seen, facts=clean(facts or {})
@@ -167,10 +169,22 @@ def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
 
 
+def _keep_value(work: Work, declared: Declared, data: KnownValue) -> None:
+    """A value of one state: it has no displacements of points."""
+    cls, case, unit = type(declared.thing), work.case(declared), units.si(declared.thing.values.dimension)
+    work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
+    facts = {"value": data.value, "uncertainty": data.uncertainty, "unit": unit}
+    found = ("converged", None, cls.kind, data.source)  # its error is no length, but in its facts
+    work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts))
+
+
 def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
-    """A measured surface, or the displacements of tracked points."""
+    """A measured surface, the displacements of tracked points, a curve or a value."""
     if isinstance(data, MeasuredCurve):
         _keep_curve(work, declared, data)
+        return
+    if isinstance(data, KnownValue):
+        _keep_value(work, declared, data)
         return
     cls, case = type(declared.thing), work.case(declared)
     surface: Any = data if isinstance(data, MeasuredSurface) else None

@@ -33,7 +33,7 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.language.schema import Constructor, _fields
 from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.measure import measured_by
-from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
+from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.builders import build, load
@@ -58,6 +58,7 @@ from softmark.interpreter.vocabulary.loads import (
 )
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
+from softmark.references.values import KnownValue
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 
 HERE = Path(__file__).parent  # for the tables that words name
@@ -319,13 +320,16 @@ def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
     rests = [_at_rest(share) for share in (1.0, 1.5)]
     same, other = (Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0],
-                         at_rest=rest, curve=Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]))
+                         at_rest=rest, curve=Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]),
+                         value=KnownValue(float(v[-1, 2]), 1e-5, "a table"))
                    for v, rest in zip((u, 1.5 * u), rests, strict=True))  # fmt: skip
     known = "against" in {f.name for f in dataclasses.fields(cls)}
     told, course = [], Course(X[:, 0], u[:, 2], ("m", "m"))
     for truth in (same, other) if known else (None,):
         try:
-            found: Any = measured_by(metric, Seen("m", case, X, u, known=truth, at_rest=rests[0], curve=course))
+            own = Number(float(u[-1, 2]), "m")
+            seen = Seen("m", case, X, u, known=truth, at_rest=rests[0], curve=course, number=own)
+            found: Any = measured_by(metric, seen)
         except Undefined as why:
             found = why
         if isinstance(found, Undefined):

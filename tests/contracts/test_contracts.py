@@ -117,6 +117,7 @@ MEASURED: dict[str, dict[str, Any]] = {
     "work": {"of": "push"},
     "curve_error": {"of": "sag"},
     "hysteresis": {"of": "sag", "over": "travel"},
+    "value_error": {"of": "sag"},
 }
 
 

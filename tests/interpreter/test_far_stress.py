@@ -271,6 +271,23 @@ def test_it_is_said_where_small_strains_are_large() -> None:
     assert said(large).endswith(f"{told}10 %: a body that obeys large ones differs")
 
 
+def test_numbers_by_a_theory_at_large_strain_are_marked() -> None:
+    """It was said beside the theory alone: its number, and an error against it, stood without any mark."""
+    more = "metric hoop = stress(place, component = xx)\nmetric off = stress(place, component = xx, against = theory)\n"
+    model = "model quads = fem(quad8, strain = small, size = 4 mm)\n"
+    large, small = (softmark.loads(PLATE.replace("100 Pa", pull) + model + more).run() for pull in ("1 kPa", "1 Pa"))
+    quads, theory = large.models["quads"].metrics, large.references["theory"].metrics
+    why = "it takes strains and rotations for small, which come to "
+    assert all((m.doubt or "").startswith(why) for m in (quads["off"], theory["hoop"]))
+    assert quads["hoop"].doubt is None  # its own number, by a model that says what it is
+    assert quads["off"].to_json()["doubt"] == quads["off"].doubt
+    shown, page = table(large, terminal=False), render(large)
+    assert shown.count(" ‡") == 2
+    assert "‡ hoop, off: by a theory that is not exact here, for it takes" in shown or "‡ off, hoop: by" in shown
+    assert page.count('href="#note-doubt"') == 2
+    assert "‡" not in table(small, terminal=False) + render(small)
+
+
 def test_theories_without_stress_are_refused() -> None:
     text = f"{GELS}body bar = solid(box(size = (100, 10, 10) mm), gel)\nsupport root = fixed(bar, where = x <= 0 mm)\n"
     text += "load weight = gravity(9.81 m/s^2)\nreference theory = elastica(bar)\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +118,24 @@ def test_meshes_have_numbers_on_nodes_and_on_cells(tmp_path: Path) -> None:
         loaded(Field(str(tmp_path / "m.vtu"), UNIT, array="stiff", length=1e-3))
     with pytest.raises(Unreadable, match="in which unit its lengths are"):
         loaded(Field(str(tmp_path / "m.vtu"), UNIT, array="on_nodes"))
+
+
+def test_numbers_of_a_mesh_that_are_none_have_a_place(tmp_path: Path) -> None:
+    """Of two cubes that share a face: one point, one cell; a point that no solid cell has is never read."""
+    x, y, z = np.meshgrid([0.0, 10.0, 20.0], [0.0, 10.0], [0.0, 10.0], indexing="ij")
+    points = np.vstack([np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), [[99.0, 0.0, 0.0]]])
+    cells = [("hexahedron", np.array([[0, 4, 6, 2, 1, 5, 7, 3], [4, 8, 10, 6, 5, 9, 11, 7]]))]
+    values = np.where(np.arange(13) == 9, np.nan, 1.0)
+    meshio.Mesh(points, cells, point_data={"p": values}, cell_data={"c": [np.array([1.0, np.inf])]}).write(
+        tmp_path / "nan.vtu"
+    )
+    field = Field(str(tmp_path / "nan.vtu"), UNIT, array="p", length=1e-3)
+    with pytest.raises(Unreadable, match="1 of the 13 numbers of `p` are not finite, the first is of point 9, counted"):
+        loaded(field)
+    with pytest.raises(Unreadable, match="1 of the 2 numbers of `c` are not finite, the first is of solid cell 1,"):
+        loaded(replace(field, array="c"))
+    meshio.Mesh(points, cells, point_data={"p": np.where(np.arange(13) == 12, np.nan, 1.0)}).write(tmp_path / "ok.vtu")
+    assert reading(replace(field, path=str(tmp_path / "ok.vtu")), points[:12] * 1e-3) == pytest.approx(1e3)
 
 
 def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:

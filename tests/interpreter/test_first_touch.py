@@ -205,6 +205,31 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     assert shelf.count > 270  # on disk already
 
 
+def test_only_trouble_with_files_is_told_as_such(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A defect of what writes files for ParaView was told as a place that cannot be written to (E404)."""
+    import argparse
+
+    from softmark.interpreter.report.files import files
+
+    def broken(report: object, folder: Path) -> None:
+        raise ValueError("cells of no kind")
+
+    def full(report: object, folder: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    shelf = shelves.Shelf(argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=True))
+    monkeypatch.setattr(files, "write", lambda report, folder, page=True: None)
+    monkeypatch.setattr(files, "write_vtu", broken)
+    with pytest.raises(ValueError, match="cells of no kind"):
+        shelf.finish(_Report(1))  # type: ignore[arg-type]
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(files, "write_vtu", full)
+    shelf.finish(_Report(1))  # type: ignore[arg-type]
+    assert "error[E404]" in capsys.readouterr().err
+
+
 def test_a_run_that_breaks_off_leaves_all_that_was_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

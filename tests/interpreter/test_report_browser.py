@@ -47,7 +47,8 @@ const before = getComputedStyle(document.querySelector("g.k0")).display;
 first.click();
 const after = getComputedStyle(document.querySelector("g.k0")).display;
 const wide = document.documentElement.scrollWidth > document.documentElement.clientWidth;
-const said = [tip.hidden, [...tip.children].map((c) => c.textContent).join("|"), before, after, wide];
+const bar = document.querySelector("nav"), slides = bar.scrollWidth > bar.clientWidth;
+const said = [tip.hidden, [...tip.children].map((c) => c.textContent).join("|"), before, after, wide, slides];
 document.documentElement.dataset.said = JSON.stringify(said);
 </script></body>"""
 
@@ -58,7 +59,7 @@ def test_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
     page = tmp_path / "report.html"
     page.write_text(render(silicone).replace("</body>", PROBE), encoding="utf-8")
     dom = browse(page, tmp_path / "profile", f"--window-size={width},900", "--dump-dom").stdout
-    hidden, tip, before, after, wide = noted(dom)
+    hidden, tip, before, after, wide, slides = noted(dom)
     assert hidden is False
     # point 1 of 41 on 178 mm is at 4.45 mm
     name, s, *place = tip.replace("\u00a0", " ").split("|")
@@ -70,6 +71,7 @@ def test_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
     np.testing.assert_allclose(shown, [x, z], atol=5e-4)  # three decimals are shown
     assert (before, after) == ("inline", "none")
     assert wide is False  # the page itself never scrolls sideways
+    assert slides is False  # nor does the bar of its sections: it goes on below itself
 
 
 @needs_chromium

@@ -174,7 +174,11 @@ def test_files_that_are_no_voxels(tmp_path: Path, name: str, content: bytes, rea
 def test_voxels_that_are_none(tmp_path: Path) -> None:
     for values, reason in (
         (np.zeros((4, 4)), r"shape \(4, 4\)"),
-        (np.full((4, 4, 4), np.nan), "not finite"),
+        (np.full((4, 4, 4), np.nan), "64 of its 64 voxels are not finite numbers, the first is .0, 0, 0."),
+        (
+            np.where(np.arange(64).reshape(4, 4, 4) == 27, np.inf, 1.0),
+            r"1 of its 64 voxels are not finite numbers, the first is \(1, 2, 3\), counted from 0",
+        ),
     ):
         np.save(tmp_path / "a.npy", values)
         with pytest.raises(Unreadable, match=reason):

@@ -70,6 +70,8 @@ def test_a_column_of_plain_numbers_has_no_unit_in_it(tmp_path: Path, plain: str)
         ("x,f\n0,0\n1,1_000\n", "line 3, column `f`: `1_000` is no number"),
         ("x,f\n0,0\n1,nan\n", "line 3, column `f`: `nan` is no number"),
         ("x,f\nNaN,NaN\n0,0\n1,1\n", "line 2, column `x`: `NaN` is no number"),  # which is no row of units
+        ("x,f\nempty,empty\n0,0\n1,1\n", "line 2, column `x`: `empty` is no number"),
+        ("x,f\nn.d.,N.D.\n0,0\n1,1\n", "line 2, column `x`: `n.d.` is no number"),
         ("x,f\n-,-\n0,0\n1,1\n", "line 2, column `x`: `-` is no number"),
         ("x,f\n#N/A,N/A\n0,0\n1,1\n", "line 2, column `x`: `#N/A` is no number"),
         ("x,f\ns,NaN\n0,0\n1,1\n", "line 2, column `x`: `s` is no number"),

@@ -53,6 +53,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_nodes_take_what_halving_without_faces_finds": ("tet4", "hex8", "oblique-hex20"),
     },
     "tests/interpreter/test_networks.py": {"test_a_scene_without_networks_imports_nothing_for_them": NONE},
+    "tests/interpreter/test_values.py": {"test_a_scene_without_values_imports_nothing_of_them": NONE},
     "tests/interpreter/test_tendons.py": {"test_between_guides_a_tendon_is_straight": NONE},
     "tests/interpreter/test_moving_beams.py": {
         "test_it_comes_to_rest_where_the_static_analysis_is": NONE,

@@ -245,6 +245,7 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
+    "uncertainty": "0.05 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
@@ -252,7 +253,7 @@ _CHOSEN = {  # fields that may be left out, but mostly are needed, one or anothe
 }  # fmt: skip
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
-    "texts": '"force"', "amount": "1 mm", "direction": "-z", "condition": "x <= 0 mm",
+    "texts": '"force"', "amount": "1 mm", "amounts": "53.4 mm", "direction": "-z", "condition": "x <= 0 mm",
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
     "points": "[(5, 0), (20, 0), (20, 10)] mm", "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
     "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",

@@ -123,10 +123,7 @@ class Shelf:
     def _paraview(report: Report, folder: Path) -> None:
         from softmark.interpreter.report.files.files import write_vtu
 
-        try:
-            write_vtu(report, folder)
-        except ValueError as error:  # what the library that writes them raises
-            raise OSError(None, str(error)) from error
+        write_vtu(report, folder)  # a ValueError of it is a defect of ours, and no trouble with the place
 
     def _attempt(self, option: str, place: str, action: Callable[[], object]) -> None:
         try:

@@ -24,16 +24,21 @@ def bodies(findings: Findings) -> tuple[BodyResults, ...]:
 
     A metric that is about no body, such as one of time, is in all of them.
     """
-    links = _links(findings)
+    links, everyone = _links(findings), [n for n, r in findings.everyone.items() if not _is_value(r)]
     groups: dict[str, list[str]] = {}
-    for name in findings.everyone:
+    for name in everyone:
         groups.setdefault(links.root(f"result {name}"), []).append(name)
     if len(groups) < 2 or len(_declared(findings)) < 2:
-        return (BodyResults("", tuple(findings.everyone), findings.metrics),)
+        return (BodyResults("", tuple(everyone), findings.metrics),)
     return tuple(
         BodyResults(_name(findings, links, root), tuple(names), tuple(_of(findings, links, root)))
         for root, names in groups.items()
     )
+
+
+def _is_value(result: Result) -> bool:
+    """Whether it is a value that the scene gives: it has no numbers of its own, and stands beside those held to it."""
+    return "value" in getattr(result, "facts", {})
 
 
 @dataclass

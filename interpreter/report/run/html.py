@@ -29,6 +29,7 @@ from softmark.interpreter.report.run.tables import (
     published,
     reactions,
     regions,
+    values,
     verdicts,
 )
 from softmark.interpreter.report.view3d import section
@@ -42,6 +43,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("refinement", refinement.section_of),
     ("states", over_states.section_of),
     ("curves", measured_curves.section_of),
+    ("values", values.section_of),
     ("published", published.section_of),
     ("distribution", histograms.section_of),
     ("error", deviation.section_of),

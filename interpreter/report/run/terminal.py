@@ -51,7 +51,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts.append(_Rows(findings, body, paint).text(room))
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
-    notes = [*_uncertain(report), *_reasons(report), *_said(report), *_read(report)]
+    notes = [*_uncertain(report), *_doubted(report), *_reasons(report), *_said(report), *_read(report)]
     if notes := [*notes, *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
@@ -153,7 +153,8 @@ class _Rows:
             return "0"
         own = vouching.beside(result, metric.name, found) if isinstance(result, ModelResult) else None
         error = f" {own}" if own and not metric.clock else ""
-        return _amount(found.value, found.unit) + error + ("" if found.meaningful else " †")
+        marks = ("" if found.meaningful else " †") + (" ‡" if found.doubt else "")
+        return _amount(found.value, found.unit) + error + marks
 
 
 def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
@@ -214,6 +215,17 @@ def _uncertain(report: Report) -> list[str]:
     }
     each = ", ".join(f"± {amount} for {name}" for name, amount in found.items())
     return [f"† within the uncertainty of the reference ({each})"] if found else []
+
+
+def _doubted(report: Report) -> list[str]:
+    """The footnote of values of, and measured from, what may be no truth here."""
+    found: dict[str, dict[str, None]] = {}
+    for part in report.outcomes:
+        for name, metric in part.metrics.items():
+            if metric.doubt is not None and metric.value is not None:
+                found.setdefault(metric.doubt, {})[name] = None
+    return [f"‡ {', '.join(names)}: by a theory that is not exact here, for {why}"
+            for why, names in found.items()]  # fmt: skip
 
 
 def _reasons(report: Report) -> list[str]:

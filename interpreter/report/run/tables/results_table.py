@@ -63,6 +63,7 @@ class Notes:
 
     reasons: list[str] = field(default_factory=list)
     within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
+    doubts: dict[str, None] = field(default_factory=dict)  # why what is taken as right may be no truth
 
     def dash(self, reason: str) -> str:
         """An en dash with the letter of its reason."""
@@ -77,6 +78,12 @@ class Notes:
         said = "within the uncertainty of the reference"
         return tag("sup", tag("a", "†", href="#note-within", aria_label=said), class_="within")
 
+    def double(self, why: str) -> str:
+        """The mark of a value of, or measured from, what may be no truth here."""
+        self.doubts.setdefault(why)
+        said = "by a theory that is not exact here"
+        return tag("sup", tag("a", "‡", href="#note-doubt", aria_label=said), class_="within")
+
     def _uncertain(self) -> str:
         if not self.within:
             return ""
@@ -90,6 +97,11 @@ class Notes:
         pairs = zip(letters, self.reasons, strict=True)
         items = [tag("li", tag("b", a), " ", prose(reason), id=f"note-{a}") for a, reason in pairs]
         items += [own] if (own := self._uncertain()) else []
+        items += [
+            tag("li", tag("b", "‡"), " ", prose(f"by a theory that is not exact here, for {why}"),
+                id=None if i else "note-doubt")
+            for i, why in enumerate(self.doubts)
+        ]  # fmt: skip
         return tag("ul", *items, class_="notes") if items else ""
 
 
@@ -194,6 +206,8 @@ class ResultsTable:
             return _verdict(bool(found.details["verdict"])) + shown
         if not found.meaningful:
             shown += self.notes.dagger(metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True))
+        if found.doubt:
+            shown += self.notes.double(found.doubt)
         if isinstance(result, ModelResult) and name in self.findings.best(metric):
             word = "tied" if self.findings.tied(metric) else "best"
             return tag("strong", shown) + tag("small", word, class_="best")
