@@ -15,7 +15,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.courses import State
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
-from softmark.references.values import Values
+from softmark.references.values import GivenValues
 
 MOST = 1000  # states of one analysis
 SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
@@ -114,7 +114,7 @@ def _as_many(reference: Declared, count: int) -> Diagnostic | None:
 
 
 def _measured_once(reference: Declared) -> bool:
-    many = isinstance(reference.thing, CurveFromFile | Values)  # what was measured all along, or says of what it is
+    many = isinstance(reference.thing, CurveFromFile | GivenValues)  # what was measured all along, or says of what it is
     return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 

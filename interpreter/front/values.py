@@ -12,16 +12,21 @@ from softmark.interpreter.language.states import states_of
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.references.values import Values
+from softmark.references.consensus import Consensus
+from softmark.references.values import GivenValues, Values
+
+SHARES = ("uncertainty", "spread")  # fields that may be a share of the value
+WIDE = 1.0  # relative to the value: the width of a band of which nothing can be called agreement
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """All of it, of the scene with its states."""
     wrong: set[str] = set()
     for reference in scene.of_kind("reference").values():
-        if isinstance(reference.thing, Values):
+        if isinstance(reference.thing, GivenValues):
             told = [*_uncertain(reference), *_as_many(scene, reference)]
-            wrong |= {reference.name} if told else set()
+            told = told or [*_ends(reference)]
+            wrong |= {reference.name} if any(d.severity == "error" for d in told) else set()
             yield from told
     for metric in scene.of_kind("metric").values():
         if isinstance(metric.thing, ErrorOfValue) and metric.thing.against not in wrong:
@@ -32,19 +37,74 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _uncertain(reference: Declared) -> Iterator[Diagnostic]:
-    """An uncertainty that is neither of the dimension of the values nor a share, or of another number of values."""
-    thing: Values = reference.thing
-    due, given = thing.values.dimension, thing.uncertainty.dimension
-    if given not in (due, units.NONE):
+    """What says how far values may be off: of another dimension, no share of one, or of another number of values."""
+    if isinstance(reference.thing, Consensus) and (fault := _band(reference)) is not None:
+        yield fault
+        return
+    for field in reference.thing.lists:
+        if reference.value(field) is not None:
+            yield from _field(reference, field)
+
+
+def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
+    values, own = reference.thing.values, reference.value(field)
+    shares = field in SHARES
+    due, given = values.dimension, own.dimension
+    if given != due and not (shares and given == units.NONE):
         name, found = units.named(due), units.named(given)
-        yield diagnostic("E204", reference.at("uncertainty"), f"expected {name}, found {found}", found,
-                         f"the values are {name}: give `uncertainty` in {units.usual(due)}, or a share in %"
+        more = ", or a share in %" if shares else ""
+        yield diagnostic("E204", reference.at(field), f"expected {name}, found {found}", found,
+                         f"the values are {name}: give `{field}` in {units.usual(due)}{more}"
                          )  # fmt: skip
-    count, own = len(thing.values.values), len(thing.uncertainty.values)
-    if own not in (1, count):
-        yield diagnostic("E224", reference.at("uncertainty"),
-                         f"`{reference.name}` has {_count(count, 'value')} and {own} uncertainties", "not one for each",
+    count, each = len(values.values), len(own.values)
+    if each not in (1, count):
+        noun = "uncertainties" if field == "uncertainty" else f"in `{field}`"
+        yield diagnostic("E224", reference.at(field),
+                         f"`{reference.name}` has {_count(count, 'value')} and {each} {noun}", "not one for each",
                          "give one that holds for all, or as many as values, in the same order")  # fmt: skip
+
+
+def _band(reference: Declared) -> Diagnostic | None:
+    """A band that is not said, said in two ways, or of which one end is missing."""
+    said = [field for field in reference.thing.lists if reference.value(field) is not None]
+    if said in (["spread"], ["low", "high"]):
+        return None
+    name, why, at = reference.name, "nothing says how far the codes of `{}` lie apart", reference.at()
+    if "spread" in said:
+        why, at = "the band of `{}` is said in two ways", reference.at("spread")
+    elif said:
+        other = "high" if said == ["low"] else "low"
+        why, at = f"the band of `{{}}` has no `{other}`", reference.at(said[0])
+    return diagnostic("E226", at, why.format(name), "from where to where?",
+                      "give `spread`, an amount or a share on both sides, or `low` and `high`")  # fmt: skip
+
+
+def _ends(reference: Declared) -> Iterator[Diagnostic]:
+    """A band in which the value does not lie, or that has no width; one so wide that nothing was agreed on."""
+    if not isinstance(reference.thing, Consensus):
+        return
+    for known in reference.thing.each:
+        low, high = known.ends
+        shown = [units.show(v, reference.thing.values.dimension) for v in (known.value, low, high)]
+        field = "spread" if reference.value("spread") is not None else "low" if known.value < low else "high"
+        if not low <= known.value <= high:
+            yield diagnostic("E227", reference.at(field), f"the value of `{reference.name}`, {shown[0]}, does not lie in"
+                             f" its band, {shown[1]} to {shown[2]}", "beyond the value",
+                             "that on which codes agreed lies between the least and the largest of theirs"
+                             )  # fmt: skip
+            return
+        if low == high:
+            yield diagnostic("W359", reference.at(field), f"the band of `{reference.name}` has no width: every model is"
+                             " outside of it", "no width",
+                             "codes differ in the digits that are printed at least: give half the last one"
+                             )  # fmt: skip
+            return
+        if high - low > WIDE * abs(known.value) and known.value != 0.0:
+            yield diagnostic("W360", reference.at(field), f"the codes of `{reference.name}` lie between {shown[1]} and"
+                             f" {shown[2]}, which is no agreement about {shown[0]}", "as wide as the value",
+                             "to be inside says little here; correct the band, or say in a comment what they disagree on"
+                             )  # fmt: skip
+            return
 
 
 def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
@@ -79,7 +139,7 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """The metric must be measured from nothing, and of the dimension of the values, none of which is zero."""
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
-    if not isinstance(reference.thing, Values):
+    if not isinstance(reference.thing, GivenValues):
         return  # said of all comparisons
     if of.thing.measured_from is not None:
         yield diagnostic("E509", metric.at("of"), f"`{of.name}` is an error already, and no measurement", "no number",
@@ -103,12 +163,14 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 def _relative(metric: Declared, reference: Declared) -> Iterator[Diagnostic]:
     """What the difference is relative to must not be zero."""
     by_value = metric.thing.relative_to == "value"
-    sizes = [known.value if by_value else known.uncertainty for known in reference.thing.each]
+    sizes = [known.value if by_value else min(known.sides) for known in reference.thing.each]
     if all(sizes):
         return
-    one = "a value" if by_value else "an uncertainty"
+    banded = isinstance(reference.thing, Consensus)
+    one = "a value" if by_value else "a band that ends at its value, a side" if banded else "an uncertainty"
     help = "divide by the uncertainty instead: `relative_to = uncertainty`"
     if not by_value:
         help = f"give `{reference.name}` an uncertainty, in the unit of its values, or leave `relative_to` out"
+        help = "give it a width on both sides, or leave `relative_to` out" if banded else help
     yield diagnostic("E225", metric.at("against"), f"`{reference.name}` has {one} of zero, and nothing is relative to"
                      " that", "zero", help)  # fmt: skip

@@ -164,7 +164,7 @@ class Findings:
         where = f"{self.of_last.strip()}, " if self.of_last else ""
         said = [where + words for words in self.closest()]
         known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
-        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
+        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "measurement")
         chosen = dict.fromkeys([0, next(measured, 0)])
         yield from (said[i] for i in chosen if i < len(said))
 

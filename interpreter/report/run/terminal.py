@@ -92,6 +92,7 @@ class _Paint:
         return self._wrap(text, "31")
 
 
+REFERENCE = "reference: "  # and its kind
 EFFORT = ("unknowns", "newton", "time", "")
 
 
@@ -131,14 +132,14 @@ class _Rows:
         lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
         for row in rows:
             line = _line([row[i] for i in chosen], own, last)
-            lines.append(line if row[-1] in ("ok", "reference") else self.paint.bad(line))
+            lines.append(line if row[-1] == "ok" or row[-1].startswith(REFERENCE) else self.paint.bad(line))
         return "\n".join(lines)
 
     def _row(self, name: str, result: Result) -> list[str]:
         values = [self._value(result, m) for m in self.metrics]
         if isinstance(result, ModelResult):
             return [name, *values, *_effort(result)]
-        end = "reference" if result.status == "converged" else result.status
+        end = REFERENCE + result.kind if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
     def _value(self, result: Result, metric: MetricColumn) -> str:

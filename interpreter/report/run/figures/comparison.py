@@ -94,7 +94,7 @@ def _source(name: str, reference: ReferenceResult) -> str:
     own = "" if error is None else f" Its own error is {own_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""
-    return _defined(name, f"{reference.kind[:1].upper()}{reference.kind[1:]}: {reference.source}.{own}")
+    return _defined(name, f"{reference.about[:1].upper()}{reference.about[1:]}: {reference.source}.{own}")
 
 
 def _defined(name: str, words: str) -> str:
@@ -128,7 +128,7 @@ def _record(
     metrics += [stated_of(result, m) for m in said]
     if isinstance(result, ReferenceResult):
         none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
-        return [name, "reference", result.status, result.message, result.kind, *metrics, *none]
+        return [name, "reference", result.status, result.message, result.about, *metrics, *none]
     row: list[Cell] = [name, "model", result.status, result.message, result.outline, *metrics]
     row += [result.size.get(k) for k in SIZES]
     row += [result.solve.get("iterations"), result.solve.get("residual")]
