@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.curve import CurveFromFile, MeasuredCurve
+from softmark.references.measured import Unreadable
 from softmark.references.reference import Kind
 from softmark.references.tables import Columns
 from softmark.references.values import GivenValues, KnownValue
@@ -22,13 +23,13 @@ else:
 class Consensus(GivenValues):
     """Values on which several codes agreed, with the band in which they lie: one, or one for each state.
 
-    A number of a model is inside the band or outside of it, as `value_error` tells: with `relative_to = uncertainty` it is
-    the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
+    A number of a model is inside the band or outside of it, as `value_error` tells: with `relative_to = uncertainty` it
+    is the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
 
-    The band is `spread` on both sides of the value, an amount in its unit or a share of it, or goes from `low` to `high`
-    where it is not the same on both sides. It says how far programs differ that solve the same equations, and no more:
-    codes may agree on what is wrong. Of two codes the values themselves are the ends; one alone is no consensus, and
-    `values` with `kind = one_code`.
+    The band is `spread` on both sides of the value, an amount in its unit or a share of it, or goes from `low` to
+    `high` where it is not the same on both sides. It says how far programs differ that solve the same equations,
+    and no more: codes may agree on what is wrong. Of two codes the values themselves are the ends; one alone is no
+    consensus, and `values` with `kind = one_code`.
     Source: whoever collected what the codes computed, as the scene says by `source`.
     """
 
@@ -69,10 +70,10 @@ class Consensus(GivenValues):
 class ConsensusCurve(CurveFromFile):
     """A curve on which several codes agreed, with the band in which they lie: force over travel, a course in time.
 
-    The table, its columns and units are those of `curve`. The band goes from the column `low` to the column `high`, or is
-    `deviation` or `uncertainty` on both sides of `y`; where every code has a column or a table of its own, the curve is
-    their mean and the band one standard deviation between them (over n - 1), and `codes` is their number. `curve_error`
-    tells how far a model is from the curve, and which share of it lies inside the band.
+    The table, its columns and units are those of `curve`. The band goes from the column `low` to the column `high`,
+    or is `deviation` or `uncertainty` on both sides of `y`; where every code has a column or a table of its own,
+    the curve is their mean and the band one standard deviation between them (over n - 1), and `codes` is their
+    number. `curve_error` tells how far a model is from the curve, and which share of it lies inside the band.
 
     It says how far programs differ that solve the same equations, and no more: codes may agree on what is wrong.
     Source: whoever collected what the codes computed, as `citation` or the data set says.
@@ -116,7 +117,7 @@ class ConsensusCurve(CurveFromFile):
         rows = list(zip(table.numbers[self.low], table.numbers[name], table.numbers[self.high], strict=True))
         at = next((i for i, (low, y, high) in enumerate(rows) if not low <= y <= high), None)
         if at is not None:
-            raise Unreadable(table.name, f"line {table.lines[at]}: {rows[at][1]:.6g} in column `{name}` does not lie from"
-                             f" {rows[at][0]:.6g} (`{self.low}`) to {rows[at][2]:.6g} (`{self.high}`)",
+            raise Unreadable(table.name, f"line {table.lines[at]}: {rows[at][1]:.6g} in column `{name}` does not lie"
+                             f" from {rows[at][0]:.6g} (`{self.low}`) to {rows[at][2]:.6g} (`{self.high}`)",
                              "the curve on which codes agreed lies within their band")  # fmt: skip
         return [self.y_unit.value * max(y - low, high - y) for low, y, high in rows]

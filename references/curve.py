@@ -29,7 +29,7 @@ NAMED = 3  # files that a source lists
 
 @dataclass(frozen=True)
 class CurveFromFile(Reference):
-    """A curve in a table, one column against another, with its uncertainty: what `curve` and `consensus_curve` share."""
+    """A curve in a table, one column against another, with its uncertainty."""
 
     path: Annotated[tuple[str, ...], "files", "the table, or a list of tables that are repeats"]
     x: Annotated[str, "the name of the column along which the curve goes, such as `travel` or `t`"]

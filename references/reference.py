@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 How = Literal["solved", "measured", "refined", "scanned"]
-Kind = Literal[
-    "theory", "measurement", "consensus", "one_code", "digitised", "published", "own_models", "virtual_scan"
-]
+Kind = Literal["theory", "measurement", "consensus", "one_code", "digitised", "published", "own_models", "virtual_scan"]
 KINDS: dict[How, Kind] = {
     "solved": "theory", "measured": "measurement", "refined": "own_models", "scanned": "virtual_scan",
 }  # fmt: skip

@@ -114,7 +114,9 @@ def _as_many(reference: Declared, count: int) -> Diagnostic | None:
 
 
 def _measured_once(reference: Declared) -> bool:
-    many = isinstance(reference.thing, CurveFromFile | GivenValues)  # what was measured all along, or says of what it is
+    many = isinstance(
+        reference.thing, CurveFromFile | GivenValues
+    )  # what was measured all along, or says of what it is
     return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 

@@ -13,7 +13,7 @@ from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.references.consensus import Consensus
-from softmark.references.values import GivenValues, Values
+from softmark.references.values import GivenValues
 
 SHARES = ("uncertainty", "spread")  # fields that may be a share of the value
 WIDE = 1.0  # relative to the value: the width of a band of which nothing can be called agreement
@@ -88,8 +88,8 @@ def _ends(reference: Declared) -> Iterator[Diagnostic]:
         shown = [units.show(v, reference.thing.values.dimension) for v in (known.value, low, high)]
         field = "spread" if reference.value("spread") is not None else "low" if known.value < low else "high"
         if not low <= known.value <= high:
-            yield diagnostic("E227", reference.at(field), f"the value of `{reference.name}`, {shown[0]}, does not lie in"
-                             f" its band, {shown[1]} to {shown[2]}", "beyond the value",
+            yield diagnostic("E227", reference.at(field), f"the value of `{reference.name}`, {shown[0]}, does not"
+                             f" lie in its band, {shown[1]} to {shown[2]}", "beyond the value",
                              "that on which codes agreed lies between the least and the largest of theirs"
                              )  # fmt: skip
             return
@@ -102,7 +102,7 @@ def _ends(reference: Declared) -> Iterator[Diagnostic]:
         if high - low > WIDE * abs(known.value) and known.value != 0.0:
             yield diagnostic("W360", reference.at(field), f"the codes of `{reference.name}` lie between {shown[1]} and"
                              f" {shown[2]}, which is no agreement about {shown[0]}", "as wide as the value",
-                             "to be inside says little here; correct the band, or say in a comment what they disagree on"
+                             "to be inside says little here: correct the band, or expect no model to be in it"
                              )  # fmt: skip
             return
 

@@ -26,8 +26,8 @@ class Curve:
     """Values y (n,) at x (n,), straight between them, and how far y may be from the true one, u (n,), all SI.
 
     `lost`, of a curve with a way there and one back: between two x, the share of the work of loading that unloading did
-    not give back, and its uncertainty; None where it does not go over these on both ways. `band` (n,) each: from where to
-    where y may be, where that is not as far on both sides.
+    not give back, and its uncertainty; None where it does not go over these on both ways. `band` (n,) each: from where
+    to where y may be, where that is not as far on both sides.
     """
 
     x: Floats

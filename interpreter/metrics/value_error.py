@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class ErrorOfValue(Metric):
     """How far the number of a metric is from a value that is given: |found - given|, relative to the size of |given|.
 
-    The value is one that somebody published or measured, a reference `values`, with its uncertainty, or one on which codes
-    agreed, a `consensus`, with the band in which they lie. `relative_to =
+    The value is one that somebody published or measured, a reference `values`, with its uncertainty, or one on which
+    codes agreed, a `consensus`, with the band in which they lie. `relative_to =
     uncertainty` tells how many times its uncertainty the two are apart instead: 1 or less is agreement, and it has a
     number where the value is zero. In a sequence of states the number of each is held against the value of that state.
 

@@ -232,3 +232,9 @@ def value_of(result: Result, metric: str) -> float | None:
     """The value of a metric, None where there is none."""
     found = result.metrics.get(metric)
     return None if found is None or found.value is None else float(found.value)
+
+
+def worth(reference: ReferenceResult) -> str:
+    """What kind of truth a reference is: `consensus of 3 codes`."""
+    codes = reference.facts.get("codes")
+    return f"{reference.kind} of {codes} codes" if codes else reference.about

@@ -8,7 +8,7 @@ from softmark.interpreter.language.amounts import own_error
 from softmark.interpreter.report.page.markup import prose, section, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
-from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of, worth
 from softmark.interpreter.report.run.tables.metric_details import details_of
 from softmark.interpreter.report.run.tables.results_table import (
     SYMBOLS,
@@ -90,11 +90,11 @@ def _meaning(metric: MetricColumn) -> str:
 
 
 def _source(name: str, reference: ReferenceResult) -> str:
-    error = reference.estimated_error
+    error, said_kind = reference.estimated_error, worth(reference)
     own = "" if error is None else f" Its own error is {own_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""
-    return _defined(name, f"{reference.about[:1].upper()}{reference.about[1:]}: {reference.source}.{own}")
+    return _defined(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")
 
 
 def _defined(name: str, words: str) -> str:
