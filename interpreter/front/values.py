@@ -16,7 +16,10 @@ from softmark.references.consensus import Consensus
 from softmark.references.values import GivenValues
 
 SHARES = ("uncertainty", "spread")  # fields that may be a share of the value
-WIDE = 1.0  # relative to the value: the width of a band of which nothing can be called agreement
+WIDE = {
+    True: 1.0,
+    False: 2.0,
+}  # times the value: the widths of a band of codes, and of an uncertainty, that say nothing
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -38,6 +41,12 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 def _uncertain(reference: Declared) -> Iterator[Diagnostic]:
     """What says how far values may be off: of another dimension, no share of one, or of another number of values."""
+    if not reference.thing.source_.strip():
+        word = reference.constructor.name
+        yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "nobody says so",
+                         "`source` is who says so: a paper and its table, a code and its version, who measured it"
+                         )  # fmt: skip
+        return
     if isinstance(reference.thing, Consensus) and (fault := _band(reference)) is not None:
         yield fault
         return
@@ -80,30 +89,31 @@ def _band(reference: Declared) -> Diagnostic | None:
 
 
 def _ends(reference: Declared) -> Iterator[Diagnostic]:
-    """A band in which the value does not lie, or that has no width; one so wide that nothing was agreed on."""
-    if not isinstance(reference.thing, Consensus):
-        return
+    """A band in which the value does not lie, or that has no width; one so wide that it says nothing."""
+    name, dimension = reference.name, reference.thing.values.dimension
+    agreed = isinstance(reference.thing, Consensus)
     for known in reference.thing.each:
         low, high = known.ends
-        shown = [units.show(v, reference.thing.values.dimension) for v in (known.value, low, high)]
-        field = "spread" if reference.value("spread") is not None else "low" if known.value < low else "high"
+        value, *ends = (units.show(v, dimension) for v in (known.value, low, high))
+        said = reference.thing.lists[0]
+        at = reference.at(said if reference.value(said) is not None else "low" if known.value < low else "high")
         if not low <= known.value <= high:
-            yield diagnostic("E227", reference.at(field), f"the value of `{reference.name}`, {shown[0]}, does not"
-                             f" lie in its band, {shown[1]} to {shown[2]}", "beyond the value",
+            yield diagnostic("E227", at, f"the value of `{name}`, {value}, does not lie in its band, {ends[0]} to"
+                             f" {ends[1]}", "beyond the value",
                              "that on which codes agreed lies between the least and the largest of theirs"
                              )  # fmt: skip
             return
-        if low == high:
-            yield diagnostic("W359", reference.at(field), f"the band of `{reference.name}` has no width: every model is"
-                             " outside of it", "no width",
-                             "codes differ in the digits that are printed at least: give half the last one"
+        if low == high and reference.thing.kind != "theory":
+            yield diagnostic("W359", at, f"no model will agree with `{name}`, which is said to be {value} to the last"
+                             " digit", "no width",
+                             "a printed number is known to half its last digit; `kind = theory` of `values` is exact"
                              )  # fmt: skip
             return
-        if high - low > WIDE * abs(known.value) and known.value != 0.0:
-            yield diagnostic("W360", reference.at(field), f"the codes of `{reference.name}` lie between {shown[1]} and"
-                             f" {shown[2]}, which is no agreement about {shown[0]}", "as wide as the value",
-                             "to be inside says little here: correct the band, or expect no model to be in it"
-                             )  # fmt: skip
+        if high - low > WIDE[agreed] * abs(known.value) > 0.0:
+            one = f"the codes of `{name}` lie" if agreed else f"`{name}` lies anywhere"
+            yield diagnostic("W360", at, f"{one} between {ends[0]} and {ends[1]}, which says little of {value}",
+                             "as wide as the value", "to be within says little of a model: correct the band, or expect"
+                             " nothing of it")  # fmt: skip
             return
 
 

@@ -18,7 +18,8 @@ def lines(findings: Findings) -> Iterator[str]:
             continue
         held = [*_verdicts(findings, name)]
         band = _band(reference.facts)
-        yield f"{name} ({worth(reference)}){': ' if band or held else ''}{'; '.join([*band, *held])}"
+        line = f"{name} ({worth(reference)}){': ' if band or held else ''}{'; '.join([*band, *held])}"
+        yield line.replace("\N{NO-BREAK SPACE}", " ")
 
 
 def _band(facts: Mapping[str, Any]) -> list[str]:
@@ -29,7 +30,7 @@ def _band(facts: Mapping[str, Any]) -> list[str]:
     value = quantity(facts["value"], unit, 5)
     if "low" in facts:
         return [f"{value} in {quantity(facts['low'], unit, 5)} to {quantity(facts['high'], unit, 5)}"]
-    return [f"{value} ± {quantity(facts['uncertainty'], unit, 3)}"]
+    return [f"{value} ± {quantity(facts['uncertainty'], unit, 3)}" if facts["uncertainty"] else f"{value}, exactly"]
 
 
 def _verdicts(findings: Findings, name: str) -> Iterator[str]:

@@ -66,7 +66,7 @@ class _Held:
     def off(self) -> str:
         """How far it may be off, or the band."""
         if self.band is None:
-            return f"± {quantity(self.uncertainty, self.unit, 3)}"
+            return f"± {quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
         return f"{quantity(self.band[0], self.unit, 5)} to {quantity(self.band[1], self.unit, 5)}"
 
     def cells(self) -> list[Cell]:
