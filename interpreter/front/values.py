@@ -25,15 +25,20 @@ WIDE = {
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """All of it, of the scene with its states."""
     wrong: set[str] = set()
+    blamed: set[str] = set()  # by a metric, of which one word is enough
+    doubts: list[tuple[str, Diagnostic]] = []
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, GivenValues):
-            told = [*_uncertain(reference), *_as_many(scene, reference)]
-            told = told or [*_ends(reference)]
-            wrong |= {reference.name} if any(d.severity == "error" for d in told) else set()
-            yield from told
+            told = [*_uncertain(reference), *_as_many(scene, reference)] or [*_ends(reference)]
+            refused = [d for d in told if d.severity == "error"]
+            wrong |= {reference.name} if refused else set()
+            doubts += [(reference.name, d) for d in told if d.severity != "error"]
+            yield from refused
     for metric in scene.of_kind("metric").values():
         if isinstance(metric.thing, ErrorOfValue) and metric.thing.against not in wrong:
-            yield from _held(scene, metric)
+            yield from (refused := [*_held(scene, metric)])
+            blamed |= {metric.thing.against} if refused else set()
+    yield from (d for name, d in doubts if name not in blamed)
 
 
 # ------------------------------------------------------------------ the values

@@ -136,6 +136,30 @@ def test_a_mark_lies_where_its_number_does() -> None:
     assert "nan" not in none.drawn(1.0, "inside")
 
 
+@pytest.mark.parametrize(
+    ("given", "codes"),
+    [
+        ('values(50.8 mm, uncertainty = 0 mm, source = "a paper")', ["W359"]),
+        ('values(50.8 mm, uncertainty = 0 mm, source = "symmetry", kind = theory)', []),
+        ('values(50.8 mm, uncertainty = 1000 %, source = "a paper")', ["W360"]),
+        ('values(0 mm, uncertainty = 0.1 mm, source = "symmetry")', ["E225"]),
+        ('values(50.8 mm, uncertainty = 1 mm, source = " ")', ["E206"]),
+        ('consensus(50.8 mm, spread = 1 mm, codes = 3, source = "")', ["E206"]),
+        ('consensus(-50.8 mm, low = -50 mm, high = -51 mm, codes = 3, source = "a paper")', ["E227"]),
+        ('consensus(-50.8 mm, low = -51 mm, high = -50 mm, codes = 3, source = "a paper")', []),
+        ('consensus([29.7, 50.8] mm, low = 29 mm, high = [30, 51] mm, codes = 3, source = "a paper")', []),
+        ('consensus([29.7, 50.8, 60] mm, spread = 1 %, codes = 3, source = "a paper")', ["E224"]),
+    ],
+)
+def test_truths_that_say_nothing_are_named(given: str, codes: list[str]) -> None:
+    text = ROD + f"reference codes = {given}\nmetric miss = value_error(sag, against = codes)\n"
+    try:
+        told = softmark.loads(text).warnings
+    except softmark.SceneError as refused:
+        told = refused.diagnostics
+    assert [d.code for d in told] == codes
+
+
 # ------------------------------------------------------------------ comparisons
 
 
@@ -225,6 +249,7 @@ def test_a_band_is_drawn_with_the_curves_of_models(tmp_path: Path) -> None:
     assert drawn["high"] == pytest.approx([1.04 * y for y in drawn["y"]])
 
 
+@pytest.mark.usefixtures("_measured_data")
 @pytest.mark.parametrize("case", ["A", "B", "C"])
 def test_ten_codes_are_their_own_consensus(case: str, tmp_path: Path) -> None:
     """Arostica et al. (2025), ux of p0: mean and deviation as collected, and as the ten curves make them, by two ways.
