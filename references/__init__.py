@@ -9,7 +9,9 @@
     rucker_webster     a beam that tendons bend and twist in space, by the equations of `driven_rod`
     frame_theory       a network of beams under small loads, by the stiffness method
     graded_bar         a bar whose constants vary along it, pulled along its axis
+    prony              a bar whose stress relaxes, moved or pulled by any course
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
+    inflation          a ball of rubber that is blown up; `rubber` has the laws of both
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
@@ -42,8 +44,10 @@ from softmark.references.elastica import Elastica
 from softmark.references.frame_theory import FrameTheory
 from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
+from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
 from softmark.references.markers import TrackedPoints
+from softmark.references.prony import Prony
 from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
@@ -58,11 +62,13 @@ REFERENCES: dict[str, type] = {
     "small_deflection": SmallDeflection,
     "simo_reissner": SimoReissner,
     "torsion": Torsion,
+    "inflation": Inflation,
     "goodier": Goodier,
     "kirsch": Kirsch,
     "rucker_webster": RuckerWebster,
     "frame_theory": FrameTheory,
     "graded_bar": GradedBar,
+    "prony": Prony,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

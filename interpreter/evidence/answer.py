@@ -106,7 +106,7 @@ class Answer:
         if full is None or len(full.free) > FACTORED:
             return None
         self.budget.must_hold(0.5)
-        x, (assembly, found) = self._state, self.tangent()
+        x, (assembly, found) = self.state, self.tangent()
         d = np.zeros_like(x)
         d[assembly.free] = -found.solve(assembly.gradient(x, 1.0)[assembly.free])
         return d.reshape(-1, 3)
@@ -118,7 +118,7 @@ class Answer:
         return None if full is None or self.mesh is None or full.dofs != self.mesh.displacement.size else full
 
     @property
-    def _state(self) -> Floats:
+    def state(self) -> Floats:
         """Displacements of all nodes (3 n,), m."""
         if self.mesh is None:
             raise Unknown("the displacements of its nodes are not known")
@@ -133,7 +133,7 @@ class Answer:
             if assembly is None:
                 raise Unknown("its stiffness is not that of displacements alone")
             try:
-                return assembly, factor(assembly.tangent(self._state, 1.0), symmetric=assembly.conservative)
+                return assembly, factor(assembly.tangent(self.state, 1.0), symmetric=assembly.conservative)
             except Singular as error:
                 raise Unknown(f"its tangent is singular ({error})") from error
 

@@ -63,6 +63,10 @@ class Budget:
         """Seconds."""
         return self.limit - self.spent - (self._running if self._depth else 0.0)
 
+    def grow(self, took: float) -> None:
+        """By what so many seconds of the solution allow that its clock did not count, as those of finding modes."""
+        self.limit += SOLUTIONS * took
+
     def must_hold(self, solutions: float, slight: bool = False) -> None:
         """Raises Overspent where so many times the solution cost more than what is left, or where nobody asked."""
         if not self.asked and not slight:

@@ -86,11 +86,12 @@ def _of_states(
     off: list[Floats] = []
     try:
         course = course_of(scene, thing, [view for view, _ in known])
-        for name in (thing.of, thing.over or ""):
+        for name in (thing.of, *([] if thing.over is None else [thing.over])):
             each = [found.get(name, StatedError(reason=NO_ERROR)) for _, found in known]
             if (unknown := next((said for said in each if said.value is None), None)) is not None:
                 return StatedError(reason=f"`{name}`: {unknown.reason}")
             off.append(np.array([said.value or 0.0 for said in each]))
+        off += [np.zeros(len(known))] if thing.over is None else []  # of times nothing is in doubt
         parts: dict[str, float | None] = {**thing.stated(course, off[0], off[1], reference)}
     except Undefined as undefined:
         return StatedError(reason=f"{NO_ERROR}: {undefined}")

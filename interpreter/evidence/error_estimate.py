@@ -27,7 +27,7 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.faceted import facets
 from softmark.interpreter.evidence.kinds import voucher_of
-from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Unknown
+from softmark.interpreter.evidence.probe_answers import TRIFLE, Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
 from softmark.interpreter.language.scene import Declared, Scene
@@ -44,7 +44,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ __all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt"
 VOID = ("W351",)  # states of which no part of the error says anything
 
 STEP = 3.0  # times the distance of two steps over r - 1
+HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
 LEFT = 2.0  # times the next Newton step
-TRIFLE = 1e-6  # relative: a step whose largest node is below that need not be looked up anywhere
 COARSE = orders.COARSE  # relative: more than that is no statement, of parts that are estimates
 
 
@@ -99,6 +99,8 @@ class Stated(Answer):
 
             found |= lost(self)
         found |= of_selections(self.result.loads) | facets(self)
+        if isinstance(self.case.analysis, Quasistatic) and any(m.branches for m in self.case.materials):
+            found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation(self, seen: ProbeAnswer) -> float:
@@ -136,17 +138,17 @@ class Stated(Answer):
         if isinstance(self.case.analysis, Dynamic):
             return 10.0 * residual * seen.size
         if seen.in_forces:
-            return 100.0 * residual * seen.size
+            return 100.0 * residual * seen.acting
         step: Floats | None = self.once("step", self.next_step)
         if step is None:
-            return 100.0 * residual * seen.size
+            return 100.0 * residual * seen.acting
         most = _at_most(seen, step)
-        if most is not None and (most <= TRIFLE * seen.size or not self.asked):
+        if most is not None and (most <= TRIFLE * seen.acting or not self.asked):
             left = LEFT * most
         else:
             left = LEFT * seen.apart(seen.moved(self._moving(step)))
-        if left > COARSE * seen.size:
-            change = 100 * left / LEFT / seen.size
+        if left > COARSE * seen.beside(left):
+            change = 100 * left / LEFT / seen.beside(left)
             raise Unknown(f"it is no equilibrium: the next step would change it by {change:.2g} %")
         return left
 
@@ -172,6 +174,17 @@ class Stated(Answer):
         if apart > COARSE * seen.size:
             raise Unknown(f"the step is too long to say: another one is {100 * apart / seen.size:.2g} % away")
         return STEP * apart * (2.0 if finer else 1.0)
+
+    def _steps(self, seen: ProbeAnswer) -> float:
+        """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""
+        analysis: Any = self.case.analysis
+        self.budget.must_hold(2.0)
+        case = replace(self.case, analysis=replace(analysis, step=0.5 * analysis.step))
+        solution, _ = self.solved("half a step", self.declared, case)
+        apart = seen.apart(seen.of(solution))
+        if apart > COARSE * seen.size:
+            raise Unknown(f"the step is too long to say: half of it is {100 * apart / seen.size:.2g} % away")
+        return STEP * HALVED * apart
 
 
 def _at_most(seen: ProbeAnswer, step: Floats) -> float | None:

@@ -9,39 +9,99 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.interpreter.evidence.budget import Budget
-from softmark.interpreter.evidence.probe_answers import Remembered, Unknown
+from softmark.interpreter.evidence.probe_answers import Floats, Remembered, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
+from softmark.solvers.base import memory
 from softmark.solvers.elements import element_of
 
+if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.build import PreparedSolid
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.linear.factorisations import Factor
+    from softmark.solvers.mesh.refine import Finer
+    from softmark.solvers.statics.enriched import Below
+
+SHARE = 0.6  # of the memory that is left: what a finer space may take
+MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
+
+
+@dataclass(frozen=True)
+class Above:
+    """The state of a finer space: its model, mesh and problem, displacements (dofs,), m, and the coarse level."""
+
+    model: Fem
+    case: Case
+    space: Finer
+    static: PreparedSolid
+    state: Floats
+    coarse: Callable[[], Below]
+    budget: Budget
+
+    def seen(self) -> Remembered:
+        """As a field of displacements."""
+        from softmark.interpreter.models.shared.deformed import Deformed
+
+        return remembered(self.model, self.case, Deformed(self.space.mesh, self.state.reshape(-1, 3)))
+
+    @cached_property
+    def solver(self) -> tuple[Any, Any]:
+        """The tangent in its state, and what solves with it."""
+        from softmark.solvers.statics.enriched import solver
+
+        return solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
+
+    def frequencies(self, coarse: Assembly, x: Floats, known: Factor, count: int) -> Floats:
+        """Hz (count,), near those of the coarse space in its state x, whose tangent is factored. Raises Unknown."""
+        from softmark.interpreter.models.answers.vibrations import matrix
+        from softmark.solvers.dynamics.vibrations import NotSettled, lowest
+        from softmark.solvers.linear.factorisations import Singular
+        from softmark.solvers.statics.enriched import StateLost, slowest
+
+        try:
+            M, P = matrix(self.static.mass(), self.static.problem.assembly), self.coarse().P
+            taken = max(count, min(count + MORE, len(coarse.free) // 2 - 1))
+            left = self.budget.left
+            modes = P @ lowest(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
+            self.budget.grow(left - self.budget.left)
+            values = slowest(*self.solver, M, modes)[:count]
+        except (NotSettled, StateLost, Singular, Undefined) as error:
+            raise Unknown(str(error) or "the finer space has no modes") from error
+        if not values[0] > 0.0:
+            raise Unknown("the finer space has no slowest mode: its state is unstable")
+        found: Floats = np.sqrt(values) / (2.0 * np.pi)
+        return found
 
 
 def found(
     scene: Scene, declared: Declared, case: Case, solved: Moved, below: Callable[[], Any], budget: Budget
-) -> Remembered:
-    """The displacements of the finer space near the nodal ones of `solved`, a mesh that is deformed. Raises Unknown.
+) -> Above:
+    """The state of the finer space near the nodal displacements of `solved`, a mesh that is deformed. Raises Unknown.
 
     `below` gives the assembly of the coarse space and a factor of its tangent there.
     """
     from softmark.interpreter.models.fem.build import at_rest
-    from softmark.interpreter.models.shared.deformed import Deformed
     from softmark.solvers.linear.factorisations import Singular
-    from softmark.solvers.mesh.refine import Unmatched, finer
+    from softmark.solvers.mesh.refine import Unmatched, finer, needs
     from softmark.solvers.statics.enriched import Below, StateLost, settled
 
     model: Fem = declared.thing
     if model.formulation == "mixed":
         raise Unknown("a finer space with pressures as unknowns costs more than it tells")
+    _must_fit(needs(solved.mesh))
     try:
         above = finer(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _freed(model, typical(case, solved.mesh), above.mesh.kind)
@@ -56,7 +116,15 @@ def found(
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
-    return remembered(thing, case, Deformed(above.mesh, state.reshape(-1, 3)))
+    return Above(thing, case, above, static, state, coarse, budget)
+
+
+def _must_fit(needed: float) -> None:
+    """Raises Unknown where a finer space would take more than its share of the memory that is left."""
+    free = memory.available()
+    if needed > SHARE * free:
+        gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
+        raise Unknown(f"a finer space would take {gigabytes}")
 
 
 def remembered(model: Fem, case: Case, mesh: Moved) -> Remembered:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Field = Callable[[Floats], Floats]
 
+TRIFLE = 1e-6  # of what acts in the body: less is what solvers and rounding leave
 NO_ERROR = "no error of this metric can be stated"
 
 
@@ -125,6 +126,24 @@ class ProbeAnswer:
         if metric.measured_from is None:
             return max(abs(self.value), metric.usual(self.stress()))
         return self._of_stress(lambda own, right: metric.extent(own, right, self.X, self._shares), self.stress)
+
+    @property
+    def acting(self) -> float:
+        """`size`, or what acts and moves in the whole body where that is more: rounding and solvers leave a part of it.
+
+        A force that is nothing by symmetry is the difference of some that are not.
+        """
+        rest = self.at_rest
+        if rest is None or rest.reason is not None:
+            return self.size
+        if self.unit == "m":
+            return max(self.size, rest.moved)
+        known = isinstance(self.metric, OfForces) and self.metric.measured_from is None
+        return max(self.size, self.metric.acting(rest)) if known else self.size  # type: ignore[union-attr]
+
+    def beside(self, apart: float) -> float:
+        """What a distance is held against: `size`, or where it is nothing beside what acts, that."""
+        return self.size if apart > TRIFLE * self.acting else self.acting
 
     @property
     def value(self) -> float:

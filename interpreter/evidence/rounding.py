@@ -27,9 +27,9 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     if isinstance(seen, ToneAnswer):
         return seen.lost(typical(case, None if mesh is None else mesh.mesh), far, cell)
     if facts.get("rounding") is not None:
-        return float(facts["rounding"]) * seen.size
+        return float(facts["rounding"]) * seen.acting
     if facts.get("condition") is not None:
-        return 10.0 * EPS * float(facts["condition"]) * seen.size
+        return 10.0 * EPS * float(facts["condition"]) * seen.acting
     checks = facts.get("checks") or {}
     # differences of coordinates along a cell, of which strain is a part
     strain = float(checks.get("largest_strain") or 0.0)
@@ -38,7 +38,7 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
         raise Unknown("its strain is so small beside its coordinates that rounding may take all of it")
-    return found * seen.size
+    return found * seen.acting
 
 
 def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:

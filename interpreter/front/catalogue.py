@@ -16,7 +16,7 @@ from softmark.interpreter.language.schema import Vocabulary
 CATALOGUE = Vocabulary(
     {  # kind of declaration: its module and the table there
         "shape": ("solvers.mesh.shapes", "SHAPES"),
-        "material": ("solvers.materials", "MATERIALS"),
+        "material": ("solvers.materials", "WORDS"),
         "body": ("interpreter.vocabulary", "BODIES"),
         "region": ("interpreter.vocabulary", "REGIONS"),
         "support": ("interpreter.vocabulary", "SUPPORTS"),

@@ -230,7 +230,7 @@ def _values(metric: Declared, name: str, known: Known) -> _Refusal:
 
 
 def _knows_forces(reference: Declared) -> bool:
-    return bool(reference.thing.how == "solved" and reference.thing.about == "torsion")
+    return bool(reference.thing.how == "solved" and reference.thing.about in ("torsion", "relaxing"))
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:

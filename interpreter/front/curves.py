@@ -13,7 +13,7 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.of_curves import OfCurves
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.references.consensus import ConsensusCurve
 from softmark.references.curve import CurveFromFile
 from softmark.references.measured import Unreadable
@@ -105,7 +105,7 @@ def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
     if reference is not None and not isinstance(reference.thing, CurveFromFile):
         return
-    refusal = _courseless(scene, metric, of, isinstance(analysis, Dynamic))
+    refusal = _courseless(scene, metric, of, isinstance(analysis, Dynamic), isinstance(analysis, Quasistatic))
     if refusal is None and isinstance(thing, Hysteresis):
         refusal = _without_loop(metric, reference)
     if refusal is not None:
@@ -142,11 +142,11 @@ def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, 
                              f"`{metric.name}` has {name} where `{reference.name}` has {found}", f"{axis} is {found}",
                              f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual(due)}")  # fmt: skip
             return
-    if isinstance(analysis, Dynamic):
+    if isinstance(analysis, Dynamic | Quasistatic) and thing.over is None:
         yield from _reached(metric, reference, analysis.duration)
 
 
-def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool) -> Diagnostic | None:
+def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
     """Of what has no curve: errors, in time all but displacements, and at rest what says not along what it goes."""
     thing: OfCurves = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
@@ -169,7 +169,7 @@ def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool) -> D
         return diagnostic("E509", metric.at("of"), f"`{of.name}` has no course in time: it is a"
                           f" `{of.constructor.name}`", "not followed in time",
                           "followed in time are displacements: `displacement(tip, along = -z)`")  # fmt: skip
-    if not moving and thing.over is None:
+    if not moving and thing.over is None and not (timed and not isinstance(thing, Hysteresis)):
         return diagnostic("E509", metric.at(), f"`{metric.name}` says not along what its curve goes",
                           "over what?",
                           "name the metric of the other axis: `over = travel`, where `metric travel ="

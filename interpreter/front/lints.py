@@ -16,7 +16,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -106,7 +106,7 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
 
 def _courses(scene: Scene) -> Iterator[Diagnostic]:
     """A state of rest knows no time."""
-    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
+    if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         if declared.thing.course is not None:

@@ -7,17 +7,22 @@ from dataclasses import replace
 from itertools import pairwise
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.language.states import in_state, states_of
-from softmark.interpreter.results.states import percent
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.problem.tables import table_fault
+from softmark.interpreter.results.states import Moment, percent
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.courses import State
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
+from softmark.references.measured import Unreadable
 from softmark.references.values import GivenValues
 
 MOST = 1000  # states of one analysis
+STEPS = 100_000  # of one quasistatic analysis
+BEYOND = 1e-9  # of its duration: what is as near to its end is at its end
 SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
@@ -28,9 +33,27 @@ def widest(scene: Scene) -> Scene:
     """
     states = states_of(scene)
     if states:
-        return in_state(scene, max(range(len(states)), key=lambda i: abs(states[i])))
+        sizes = [_driven_by(scene, state) for state in states]
+        return in_state(scene, sizes.index(max(sizes)))
     full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene)}
     return replace(scene, declared={**scene.declared, **full}) if full else scene
+
+
+def _driven_by(scene: Scene, state: float) -> float:
+    """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
+    if not isinstance(state, Moment):
+        return abs(state)
+    moved = (d.thing.course for kind in ("load", "support") for d in scene.of_kind(kind).values())
+    courses = (c for c in moved if c is not None and not isinstance(c, State))
+    try:
+        return max((abs(c.at(state)) for c in courses), default=1.0)
+    except Unreadable:  # a table, of which more is said elsewhere
+        return 0.0
+
+
+def _timed(scene: Scene) -> bool:
+    """Whether its states are times."""
+    return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
 def _driven(scene: Scene) -> list[Declared]:
@@ -53,31 +76,65 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         yield from (_without(d, "course", "has the course of a state", moving) for d in driven)
         yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
         return
+    if _timed(scene):
+        yield from _times(scene, states)
+        yield from (_without(d, "course", "has the course of a state", True) for d in driven)
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
         yield from (_of_one(r) for r in scene.of_kind("reference").values() if _measured_once(r))
         yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
-        if not driven and not tables:
+        if not driven and not tables and not _timed(scene):
             yield _alike(scene)
 
 
 def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Lists without a state, or with more than a run can hold."""
     for analysis in scene.of_kind("analysis").values():
-        given = analysis.value("states")
+        given = analysis.value("times" if _timed(scene) else "states")
         if given is not None and not given.values:
-            yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has a list of states without a state",
-                             "an empty list", f"give it some: {SOME}; or leave `states` out")  # fmt: skip
+            field, one = ("times", "time") if _timed(scene) else ("states", "state")
+            yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
+                             "an empty list", f"give it some: {SOME}; or leave `{field}` out")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))
         yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has {len(states)} states",
                          f"more than {MOST}", "each is solved and kept: take fewer")  # fmt: skip
 
 
+def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Times of a course that do not go on, or beyond its end; more steps than a run can hold."""
+    analysis = next(iter(scene.of_kind("analysis").values()))
+    thing: Quasistatic = analysis.thing
+    if any(b <= a for a, b in pairwise(times)):
+        yield diagnostic("E361", analysis.at("times"), f"the times of `{analysis.name}` do not go on",
+                         "not in their order", "each time comes after the one before it")  # fmt: skip
+    if times and times[-1] > thing.duration * (1.0 + BEYOND):
+        yield diagnostic("E361", analysis.at("times"), f"`{analysis.name}` ends before the last of its times",
+                         f"at {units.show(thing.duration, units.TIME)}",
+                         f"follow it up to {units.show(times[-1], units.TIME)}, or measure earlier")  # fmt: skip
+    if (count := thing.duration / thing.step) > STEPS:
+        yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
+                         f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
+    for bed in scene.of_kind("support").values():
+        if getattr(bed.thing, "damping", 0.0):
+            problem = f"the dashpots of `{bed.name}` play no part in `{analysis.name}`"
+            yield diagnostic("W370", bed.at("damping"), problem,
+                             "of a dynamic analysis", "they act on speeds: declare `dynamic(...)`, or leave the damping"
+                             " out")  # fmt: skip
+    if (wrong := _unread(scene, thing.duration)) is not None:
+        yield wrong
+
+
+def _unread(scene: Scene, duration: float) -> Diagnostic | None:
+    """A table that a load or support cannot follow."""
+    moved = (d for kind in ("load", "support") for d in scene.of_kind(kind).values())
+    return next((wrong for d in moved if (wrong := table_fault(d, duration)) is not None), None)
+
+
 def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Metrics of a loop, of states that make none; a motion is refused with curves."""
-    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
-        return
+    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _timed(scene):
+        return  # in time a curve turns where it does
     for metric in scene.of_kind("metric").values():
         if metric.thing.of_all_states and (wrong := _one_way(metric, states)) is not None:
             yield wrong

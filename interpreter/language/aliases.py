@@ -37,6 +37,9 @@ SYNONYMS = {
     "precision": "uncertainty", "error": "uncertainty", "registration": "register", "align": "register",
     "isovalue": "iso", "iso_value": "iso", "level": "iso", "voxel_size": "voxel", "psf": "blur",
     "models": "of", "model": "of", "frame": "state", "fps": "rate", "refresh": "rate", "hz": "rate",
+    "C10": "c1", "C1": "c1", "c10": "c1", "C01": "c2", "C2": "c2", "c01": "c2", "C20": "c2", "C30": "c3",
+    "K": "bulk", "kappa": "bulk", "bulk_modulus": "bulk", "Jm": "limit", "J_m": "limit", "lambda_m": "limit",
+    "lambda_L": "limit", "volume": "volumetric",
     "linear_solver": "linear", "cg_iterations": "linear_cap", "initial_guess": "start", "warm_start": "start",
     "dtype": "precision", "factorization": "factorisation",
     "statistics": "statistic", "norm": "statistic", "citation": "source", "parameter": "target", "variable": "target",
@@ -133,6 +136,8 @@ ADVICE = {
 WORDS = {
     **CELLS,
     "neohookean": "neo_hookean", "NeoHookean": "neo_hookean", "neohooke": "neo_hookean",
+    "mooney": "mooney_rivlin", "MooneyRivlin": "mooney_rivlin", "eight_chain": "arruda_boyce", "fung_demiray": "fung",
+    "demiray": "fung", "veronda": "veronda_westmann", "exponential": "fung", "balloon": "inflation",
     "StVK": "st_venant_kirchhoff",
     "stvk": "st_venant_kirchhoff", "svk": "st_venant_kirchhoff",
     "saint_venant_kirchhoff": "st_venant_kirchhoff",

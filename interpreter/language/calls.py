@@ -62,10 +62,11 @@ class Binder:
             except Bad:
                 broken = True
         broken |= self._missing(constructor, bound, node)
+        broken |= forms.either(self, constructor, bound, node)
         if broken:
             raise Bad
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
-        return constructor, constructor.cls(**values), places
+        return constructor, forms.made(self, constructor, values, bound, node), places
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text
@@ -196,7 +197,7 @@ class Binder:
         if len(unexplained) <= meant.count(None):
             return bool(missing)
         names = " and ".join(f"`{f.name}`" for f in unexplained)
-        meanings = "; ".join(f.meaning + self._unit_hint(f) for f in unexplained)
+        meanings = "; ".join(f.meaning + self.unit_hint(f) for f in unexplained)
         self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
         return True
 
@@ -208,7 +209,7 @@ class Binder:
         return meant if meant in names else nearest(name, names)
 
     @staticmethod
-    def _unit_hint(field: Field) -> str:
+    def unit_hint(field: Field) -> str:
         if field.form in ("quantity", "vector") and field.dimension not in (None, units.NONE):
             return f", in {units.usual(field.dimension or units.NONE)}"
         return ""

@@ -13,7 +13,7 @@ from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value, before_at, describe
 from softmark.interpreter.language.sources import Module
 from softmark.interpreter.language.states import numbers_of
-from softmark.interpreter.results.states import percent
+from softmark.interpreter.results.states import Moment, percent
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -88,10 +88,12 @@ class Expectations:
     def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
         """The dimension of a metric in one state, `model.metric.at(12.5 %)`, which the analysis must have once."""
         found, states = self._lookup(name), self._states()
-        if value.dimension != units.NONE:
-            what = units.named(value.dimension)
-            raise self.place.fail("E204", node.span, f"expected a plain number, found {what}", what,
-                                  "a state is known by its value, a part of the whole: `.at(12.5 %)`")  # fmt: skip
+        timed = any(isinstance(state, Moment) for state in states)
+        if value.dimension != (units.TIME if timed else units.NONE):
+            what, due = units.named(value.dimension), "a time" if timed else "a plain number"
+            known = "a time: `.at(5 s)`" if timed else "a part of the whole: `.at(12.5 %)`"
+            raise self.place.fail("E204", node.span, f"expected {due}, found {what}", what,
+                                  f"a state is known by its value, {known}")  # fmt: skip
         own = name.text in self.compiler.table.symbols
         if not own and self.compiler.declaration(name.parts[1]).thing.of_all_states:
             raise self.place.fail("E313", node.span, f"`{name.text}` is of the way through all states", "not of one",
@@ -102,7 +104,8 @@ class Expectations:
                                   "leave `.at(...)` out, or give the analysis some: `static(states = [5, 12.5] %)`",
                                   )  # fmt: skip
         if len(chosen := numbers_of(states, value.value)) != 1:
-            shown, listed = percent(value.value), ", ".join(map(percent, states))
+            shown = percent(Moment(value.value) if timed else value.value)
+            listed = ", ".join(map(percent, states))
             problem = f"the analysis has no state {shown}" if not chosen else f"it is in the state {shown} twice"
             raise self.place.fail("E313", node.span, problem, "which state?", f"its states are {listed}")
         return found
@@ -110,8 +113,8 @@ class Expectations:
     def _states(self) -> tuple[float, ...]:
         """Of the analysis. Raises Bad where that is in error."""
         own = self._own("analysis")
-        known = self.compiler.declaration(own[0]).value("states") if own else None
-        return () if known is None else tuple(known.values)
+        known = self.compiler.declaration(own[0]).thing.situations if own else None
+        return () if known is None else tuple(known)
 
     def _alone(self, name: tree.Name, kind: str) -> Bad:
         """A name without a dot that is no parameter."""

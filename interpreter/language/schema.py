@@ -221,7 +221,8 @@ def _table(module: str, name: str) -> Mapping[str, type[Any]]:
 
 def _fields(cls: type[Any]) -> tuple[Field, ...]:
     hints = get_type_hints(cls, include_extras=True)
-    described = (f for f in dataclasses.fields(cls) if get_origin(hints[f.name]) is not None)
+    ordered = sorted(dataclasses.fields(cls), key=lambda f: bool(f.kw_only))  # a base's stand behind those of a class
+    described = (f for f in ordered if f.init and get_origin(hints[f.name]) is not None)  # others follow from these
     varying = getattr(cls, "varying", ())
     return tuple(_field(f, hints[f.name], f.name in varying) for f in described)
 

@@ -16,8 +16,8 @@ SAME = 1e-9  # relative: values of states that are nearer are one, written in ot
 def states_of(scene: Scene) -> tuple[float, ...]:
     """The values of the states of its analysis; none of a scene in one situation, or in one of its states."""
     for analysis in scene.of_kind("analysis").values():
-        if (known := analysis.value("states")) is not None:
-            return tuple(known.values)
+        if (known := analysis.thing.situations) is not None:
+            return tuple(known)
     return ()
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.dissipation import Dissipation
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
@@ -56,6 +57,7 @@ METRICS: dict[str, type[Any]] = {
     "force": Force,
     "moment": Moment,
     "strain_energy": StrainEnergy,
+    "dissipation": Dissipation,
     "work": LoadWork,
     "period": Period,
     "frequency": Frequency,

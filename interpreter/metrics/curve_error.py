@@ -100,7 +100,7 @@ class CurveError(OfCurves):
         return {
             "states": self.chords(x, y, reference),
             self.of: self.moved(x, y, off, reference),
-            self.over or "": self.moved(x, y, along * curves.slopes(reference, x), reference),
+            self.over or "time": self.moved(x, y, along * curves.slopes(reference, x), reference),
         }
 
     def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:

@@ -47,6 +47,10 @@ class Force(OfForces):
         """The force (3,), N."""
         return np.array(rest.reactions[self.of].force)
 
+    def acting(self, rest: AtRest) -> float:
+        """The largest load or reaction, N."""
+        return rest.acting
+
     def details(self, value: Floats) -> dict[str, Any]:
         """The size of the force."""
         return {"size_N": self.size(value)}

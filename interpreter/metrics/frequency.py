@@ -23,7 +23,7 @@ class Frequency(Metric):
     its sections at its nodes. Loads do not change the tangent of `strain = small`, which has no frequency under any;
     pressures that follow the surface have no modes. A body with planes of symmetry has those of its modes that are
     symmetric, and not the others, one of which may be slower. The residual of each mode is checked; it is not checked
-    by other formulas. The stated error is from coarser models of the same kind.
+    by other formulas. The stated error is from a finer space over the cells, of beams and springs from coarser ones.
 
     Beside its value a report has frequencies_Hz, all up to this mode.
 

@@ -21,7 +21,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import MetricResult, ProbeResult, SeenCurve
 from softmark.interpreter.results.thinning import picked
-from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps
@@ -132,6 +132,10 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
         if own.times is None or own.course is None or of.direction is None:
             raise Undefined("it has no history")
         return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
+    times = [a.now for view in views if isinstance(a := view.case.analysis, Quasistatic)]
+    if thing.over is None and times:
+        y = np.array([measured_by(of, seen_of(of, view, {})).value for view in views])
+        return Course(np.array(times), y, ("s", key_of(of.unit)))
     if thing.over is None:
         raise Undefined("it is at rest, and says not along what the curve goes")
     over = scene.declared[thing.over].thing

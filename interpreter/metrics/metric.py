@@ -107,7 +107,11 @@ class OfForces(Metric):
         In its unit, so that it is relative where it is an error. Raises Undefined.
         """
         far = self.distance(*(self._sound(known) for known in (rest, right)))
-        return far if self.measured_from is None else far / self.size(self._known(right))
+        if self.measured_from is None:
+            return far
+        if (size := self.size(self._known(right))) == 0.0:
+            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+        return far / size
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
         """The same in its natural unit. Raises Undefined."""
@@ -116,6 +120,10 @@ class OfForces(Metric):
     def extent(self, rest: AtRest | None) -> float:
         """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
         return self.size(self._known(rest)) if self.measured_from is None else 1.0
+
+    def acting(self, rest: AtRest) -> float:
+        """What of its kind there is in the whole body, in its natural unit: rounding leaves a part of that."""
+        return 0.0
 
     def details(self, value: Floats) -> dict[str, Any]:
         """What a report has beside the value."""

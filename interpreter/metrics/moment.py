@@ -54,6 +54,10 @@ class Moment(OfForces):
         moment: Floats = np.array(own.moment) - np.cross(self.about, own.force)
         return moment
 
+    def acting(self, rest: AtRest) -> float:
+        """The same of forces times the extent of the body, N m."""
+        return rest.acting * rest.extent
+
     def details(self, value: Floats) -> dict[str, Any]:
         """The size of the moment."""
         return {"size_Nm": self.size(value)}

@@ -41,3 +41,7 @@ class LoadWork(OfForces):
         if (found := rest.work[self.of]) is None:
             raise Undefined(f"the work of `{self.of}` depends on the way: it has no energy")
         return np.array(found)
+
+    def acting(self, rest: AtRest) -> float:
+        """The largest force times the largest displacement, J."""
+        return rest.acting * rest.moved

@@ -27,6 +27,9 @@ BUILDERS: dict[type[Any], str] = {
     Pod: "softmark.interpreter.models.reduced.equations",
 }
 
+# of bodies whose stress relaxes
+REMEMBERING: dict[type[Any], str] = {Fem: "softmark.interpreter.models.fem.ageing"}
+
 
 def load(model: Any) -> None:
     """Import what building a model needs, so that no clock counts it. Raises KeyError for what is no model."""
@@ -36,7 +39,10 @@ def load(model: Any) -> None:
 def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """A model of a scene as arrays, ready to solve; the workshop may build others for it. Raises Fault."""
     workshop.build = build
-    prepared: Prepared = _builder(declared.thing).prepare(declared.thing, declared, case, workshop)
+    builder = _builder(declared.thing)
+    if any(material.branches for material in case.materials):
+        builder = import_module(REMEMBERING[type(declared.thing)])
+    prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
     return prepared
 
 

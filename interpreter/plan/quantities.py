@@ -36,8 +36,9 @@ POISSONS = (0.0, -0.5, -0.9)  # by the way down
 
 # fields that are walked where a study does not say what: (kind of declaration, field)
 USUAL = (
-    ("material", "young"), ("material", "poisson"), ("material", "density"), ("load", "magnitude"), ("load", "vector"),
-    ("load", "moment"), ("load", "tension"), ("support", "angle"), ("support", "stiffness"),
+    ("material", "young"), ("material", "poisson"), ("material", "density"), ("material", "bulk"),
+    ("material", "limit"), ("load", "magnitude"), ("load", "vector"), ("load", "moment"), ("load", "tension"),
+    ("support", "angle"), ("support", "stiffness"),
     ("model", "size"), ("model", "segments"), ("model", "precision"), ("model", "quality"), ("analysis", "tolerance"),
     ("analysis", "step"), ("analysis", "damping_mass"), ("analysis", "damping_stiffness"),
 )  # fmt: skip

@@ -12,7 +12,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
-from softmark.interpreter.vocabulary.analyses import Dynamic, Static
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Bedded, InPlane, OnAxis
 from softmark.records import dataclass
@@ -39,7 +39,7 @@ class Case:
     body: Declared
     supports: tuple[Declared, ...]
     loads: tuple[Declared, ...]
-    analysis: Static | Dynamic
+    analysis: Static | Dynamic | Quasistatic
     other_material: Any = None  # that a model takes instead of the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file

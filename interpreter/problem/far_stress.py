@@ -49,9 +49,9 @@ def core_of(reference: Declared, case: Case) -> RoundCore:
     for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
         if not isinstance(material, LinearElastic):
             raise Refused(f"`{case.body.name}` is not of linear elastic solids", "use `linear_elastic(...)`")
-    inner, outer, centre = _hole(case) if about == "hole" else _ball(case)
+    inner, outer, centre = _hole(case) if about == "hole" else ball(case)
     planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
-    _held(case, planes, centre, outer)
+    held(case, planes, centre, outer)
     stress = _stress(case, inner, outer, centre)
     core = _hookean(case.parts[0].thing.material, case) if case.parts else None
     thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
@@ -84,7 +84,7 @@ def _hole(case: Case) -> tuple[float, float, Vector3]:
     return *_ring(case), (0.0, 0.0, 0.0)
 
 
-def _ball(case: Case) -> tuple[float, float, Vector3]:
+def ball(case: Case) -> tuple[float, float, Vector3]:
     """Radii of inclusion and ball, and their centre. Raises Refused."""
     shape, name = case.shape, case.body.name
     if case.planar == "axisymmetric":
@@ -104,10 +104,10 @@ def _radius(part: Declared, shape: Sphere) -> float:
     """Of an inclusion around the centre. Raises Refused."""
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
-    if not _even(where, shape.origin, shape.radius) or len(cuts) != 1:
+    if not even(where, shape.origin, shape.radius) or len(cuts) != 1:
         raise Refused(f"the part `{part.name}` is no sphere around the centre of the ball",
                       f"its border is a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
-    if not _holds(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
+    if not holds(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
         raise Refused(f"the part `{part.name}` is what lies around the inclusion", "declare the inclusion as the part")
     return float(cuts[0].at)
 
@@ -116,7 +116,7 @@ def _from(origin: Vector3) -> str:
     return ", with distances from its centre" if any(origin) else ""
 
 
-def _even(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
+def even(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
     """Whether a condition is about the distance from the centre alone: all of its borders are."""
     ways = PLANE if planar else WAYS
     return not where.groups and all(
@@ -132,7 +132,7 @@ def _at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
     return x, y, z
 
 
-def _holds(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
+def holds(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
     """Whether a condition on the distance from the centre holds at that distance."""
     return bool(where.holds(*_at(centre, radius, PLANE[0]), extent))
 
@@ -140,7 +140,7 @@ def _holds(where: Condition, centre: Vector3, radius: float, extent: float) -> b
 # ------------------------------------------------------------------ what holds and pulls it
 
 
-def _held(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
+def held(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
     """Nothing but the planes of symmetry through the centre hold it, and all of them do. Raises Refused."""
     found = set()
     for support in case.named_supports:
@@ -175,9 +175,9 @@ def _on_border(where: Condition, case: Case, inner: float, outer: float, centre:
     """Whether a condition holds on all of the outer border, and not in a hole."""
     extent, hollow = case.shape.diagonal, not case.parts
     return (
-        _even(where, centre, outer, bool(case.planar))
-        and _holds(where, centre, outer, extent)
-        and not (hollow and _holds(where, centre, inner, extent))
+        even(where, centre, outer, bool(case.planar))
+        and holds(where, centre, outer, extent)
+        and not (hollow and holds(where, centre, inner, extent))
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.beam_theory import cantilever_of
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.references.cantilever import Refused
 
 if TYPE_CHECKING:
@@ -39,10 +39,11 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_uniform(reference, case)
     try:
+        if reference.thing.about != "relaxing" and any(material.branches for material in case.materials):
+            raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
-        problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
-        raise fault("E503", reference.at(), problem, help=refused.remedy) from refused
+        raise _broken(reference, refused) from refused
 
 
 def _problem(reference: Declared, case: Case) -> Any:
@@ -52,6 +53,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.torsion_theory import cylinder_of
 
             return cylinder_of(case)
+        case "inflation":
+            from softmark.interpreter.problem.inflation_theory import ball_of
+
+            return ball_of(case)
         case "sphere" | "hole":
             from softmark.interpreter.problem.far_stress import core_of
 
@@ -60,6 +65,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.tendon_theory import driven_rod_of
 
             return driven_rod_of(case)
+        case "relaxing":
+            from softmark.interpreter.problem import relaxing_theory
+
+            return relaxing_theory.bar_of(case)
         case "frame":
             from softmark.interpreter.problem.frame_problem import frame_of
 
@@ -74,14 +83,27 @@ def _problem(reference: Declared, case: Case) -> Any:
 def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
-    found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+    try:
+        found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+    except Refused as refused:
+        raise _broken(reference, refused) from refused
     return found
+
+
+def _broken(reference: Declared, refused: Refused) -> Fault:
+    problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+    return fault("E503", reference.at(), problem, help=refused.remedy)
 
 
 def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     """What it says of forces; None of one that does not."""
     from softmark.references.torsion import TwistedCylinder
 
+    if reference.thing.about == "relaxing":
+        from softmark.interpreter.problem import relaxing_theory
+
+        own: Any = found
+        return relaxing_theory.at_rest(case, own)
     if not isinstance(found, TwistedCylinder):
         return None
     from softmark.interpreter.problem.torsion_theory import at_rest
@@ -110,6 +132,9 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     """What a report has of it beside its error."""
+    if reference.thing.about == "inflation":
+        limit: Any = found.limit  # type: ignore[attr-defined]
+        return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
     if not reference.thing.with_stress:
         return {}
     from softmark.interpreter.problem.far_stress import said

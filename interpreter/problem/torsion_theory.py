@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.rubbers import rubber_of
 from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Fixed, Turned
 from softmark.references.cantilever import Refused
 from softmark.references.torsion import TwistedCylinder
-from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.mesh.shape import cross, moved
 from softmark.solvers.mesh.shapes import Cylinder
 
@@ -25,8 +24,9 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     shape, name = case.shape, case.body.name
     if not isinstance(shape, Cylinder):
         raise Refused(f"`{name}` is no solid cylinder", "the section of any other body warps, or its wall gives way")
-    if not isinstance(case.material, NeoHookean | NeoHookeanIsochoric) or case.parts:
-        raise Refused(f"`{name}` is not of one neo-Hookean material", "use `neo_hookean(...)` for all of it")
+    if case.parts:
+        raise Refused(f"`{name}` is not of one material", "use one for all of it")
+    rubber = rubber_of(case)
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the closed form is one of rest")
     for load in case.loads:
@@ -37,8 +37,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
     angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
-    mu, nu = case.material.shear_modulus, case.material.poisson
-    return TwistedCylinder(shape.length, shape.radius, mu, nu, root, axis, angle)
+    return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
 
 def _ends(case: Case) -> tuple[int, Turned]:

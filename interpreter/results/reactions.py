@@ -57,10 +57,16 @@ class HeldSupport(Plain):
 class AtRest:
     """What a state of rest says of forces: reactions and works of loads by name, and the strain energy, J.
 
-    The work of a load at full size is None where it depends on the way. `reason` says why nothing is known.
+    The work of a load at full size is None where it depends on the way. `acting` is the largest load, by the sizes of
+    its forces at nodes, or reaction, N; `moved` the largest displacement of a node, and `extent` that of the body, m.
+    `reason` says why nothing is known.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)
     work: Mapping[str, float | None] = field(default_factory=dict)
     energy: float = 0.0
+    acting: float = 0.0
+    moved: float = 0.0
+    extent: float = 0.0
     reason: str | None = None
+    dissipated: float = 0.0  # J, since the start of what remembers

@@ -20,6 +20,13 @@ from softmark.records import dataclass
 ANSWERED = ("converged", "capped")
 
 
+class Moment(float):
+    """The value of a state that is a time, s."""
+
+    def __reduce__(self) -> tuple[type[Moment], tuple[float]]:
+        return Moment, (float(self),)
+
+
 @dataclass(frozen=True)
 class Curve:
     """A metric from state to state: values in its unit (SI), None in a state of which there is no number."""
@@ -79,8 +86,8 @@ def _count(number: int) -> str:
 
 
 def percent(value: float) -> str:
-    """`12.5 %`: the value of a state, in words."""
-    return f"{100.0 * value:.6g} %"
+    """`12.5 %`, or of a time `2.5 s`: the value of a state, in words."""
+    return f"{value:.6g} s" if isinstance(value, Moment) else f"{100.0 * value:.6g} %"
 
 
 def _counted(each: Sequence[Any]) -> dict[str, int]:

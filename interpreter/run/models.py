@@ -28,6 +28,7 @@ from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
+from softmark.solvers.base import ahead
 from softmark.solvers.mesh.filled import Enclosed
 
 if TYPE_CHECKING:
@@ -184,7 +185,8 @@ def _warm(work: Work, name: str, prepared: Prepared) -> None:
     work.compiling |= cold
     say, begin, before = work.options.say, time.perf_counter(), kernels.made() if kernels else 0
     say("compile", "compiling kernels, once for this version") if cold else say("solve", name)
-    prepared.warm()
+    with ahead.asked(work.options.beside and cold):
+        prepared.warm()
     if work.compiling and kernels and kernels.made() > before:
         say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
 

@@ -48,5 +48,6 @@ class Options:
     draw: bool = True  # find the surfaces that a report shows
     stated: tuple[str, ...] | None = None  # which models are asked what error they state themselves; (): all
     free: bool = False  # the others say what is known of their error at no cost
+    beside: bool = False  # where no kernels are on disk, another process may compile some
     # how a reference is had: made, or known from another run of the same
     recall: Callable[[Scene, Declared, Callable[[], Any]], Any] = lambda scene, reference, make: make()

@@ -33,3 +33,11 @@ class Range:
     def __contains__(self, value: float) -> bool:
         above = value > self.low if self.low_open else value >= self.low
         return above and (value < self.high if self.high_open else value <= self.high)
+
+
+class Unfit(ValueError):
+    """Values that are each in their range and do not go together: which field to look at, and what would do."""
+
+    def __init__(self, field: str, problem: str, short: str, remedy: str) -> None:
+        super().__init__(f"{problem}: {remedy}")
+        self.field, self.problem, self.short, self.remedy = field, problem, short, remedy

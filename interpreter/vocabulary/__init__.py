@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.vocabulary.analyses import Dynamic, Static
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.bodies import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Solid
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
 from softmark.interpreter.vocabulary.loads import (
@@ -63,6 +63,7 @@ LOADS: dict[str, type[Any]] = {
 ANALYSES: dict[str, type[Any]] = {
     "static": Static,
     "dynamic": Dynamic,
+    "quasistatic": Quasistatic,
 }
 
 COURSES: dict[str, type[Any]] = {

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Annotated, ClassVar, Literal, Self
 
 from softmark.interpreter.language.expressions import VectorValue
+from softmark.interpreter.results.states import Moment
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
@@ -14,6 +15,7 @@ Integrator = Literal[
     "implicit_euler", "newmark", "trapezoidal", "generalized_alpha", "bdf2", "midpoint", "central_differences"
 ]
 EXPLICIT = ("central_differences",)
+USUAL = 20  # times at which a course is measured where the scene gives none
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,82 @@ class Static:
     seed: Annotated[int, "1 in [0, 1000000000]", "of the random disturbance"] = 1
     states: Annotated[VectorValue | None, "values of 1", "parts of what has `course = state`, one after another"] = None
 
+    @property
+    def situations(self) -> tuple[float, ...] | None:
+        """The values of its states, None of the one situation without any."""
+        return None if self.states is None else self.states.values
+
     def in_state(self, number: int, value: float) -> Self:
         """The analysis of one of its states."""
         return replace(self, states=None)
+
+
+@dataclass(frozen=True)
+class Quasistatic:
+    """Equilibrium at every time of a course: loads and supports follow theirs, and nothing has inertia.
+
+    Time goes from 0 to `duration` in steps of `step`, and everything is measured at `times`, of which there are 20 at
+    equal distances where none are given: each is a state, as those of `static(states = ...)` are, and
+    `MODEL.METRIC.at(5 s)` is a number at one. What has no course acts in full from the start, and at the start itself:
+    a body that is stretched at once, and held. Steps end at every one of `times`, and where a ramp begins or ends or a
+    pulse jumps, so that none is longer than `step` and some are shorter.
+
+    Only what remembers (`viscous`) knows of time; of elastic bodies steps between `times` are left out, for what they
+    do then is the same, whatever the rate.
+
+    Histories are integrated to second order in the step, exactly where stress grows in proportion to time. What is left
+    is stated (`time` of a stated error): a third of what a step twice as long changes.
+    """
+
+    path: ClassVar[Literal["load"]] = "load"  # what a static analysis may say otherwise
+    disturbed: ClassVar[Literal["none"]] = "none"
+
+    duration: Annotated[float, "s in (0, inf)", "how long the course is followed"]
+    step: Annotated[float, "s in (0, inf)", "the longest step in time"]
+    times: Annotated[VectorValue | None, "values of s in [0, inf)", "when everything is measured; 20 times if none"] = (
+        None
+    )
+    tolerance: Annotated[float, "1 in [1e-12, 1e-2]", "largest relative out-of-balance force"] = 1e-8
+    max_iterations: Annotated[int, "1 in [1, 1000]", "Newton iterations for each load step"] = 50
+
+    @property
+    def now(self) -> float:
+        """The time at which it is looked at, s: its end, but for the analysis at one of its times."""
+        return self.duration
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """The times at which everything is measured, s."""
+        if self.times is not None:
+            return tuple(map(Moment, self.times.values))
+        return tuple(Moment(self.duration * (i + 1) / USUAL) for i in range(USUAL))
+
+    @property
+    def situations(self) -> tuple[float, ...] | None:
+        """The same, each a state; None at one of them."""
+        return self.moments
+
+    def in_state(self, number: int, value: float) -> Quasistatic:
+        """The analysis at one of its times."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        return AtTime(**own, at=float(value))
+
+
+@dataclass(frozen=True)
+class AtTime(Quasistatic):
+    """A quasistatic analysis at one of its times, `at`, s: no word of the language."""
+
+    at: float = 0.0
+
+    @property
+    def now(self) -> float:
+        """That time, s."""
+        return self.at
+
+    @property
+    def situations(self) -> None:
+        """It has no states any more."""
+        return
 
 
 @dataclass(frozen=True)
@@ -86,6 +161,8 @@ class Dynamic:
 
     path: ClassVar[Literal["load"]] = "load"  # what a static analysis may say otherwise
     disturbed: ClassVar[Literal["none"]] = "none"
+
+    situations: ClassVar[None] = None  # it has no states
 
     duration: Annotated[float, "s in (0, inf)", "how long the motion is followed"]
     step: Annotated[float, "s in (0, inf)", "the time step"]

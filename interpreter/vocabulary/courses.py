@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from softmark.records import dataclass
 
@@ -180,3 +180,18 @@ class State:
     In the state `12.5 %` of `static(states = [5, 12.5, 18.25] %)` a load acts with an eighth of its size, and a support
     moves by an eighth of its displacement. Without this course they act in full in every state.
     """
+
+
+@dataclass(frozen=True)
+class Passed:
+    """The course of what is seen at one time: `of` is the same at full size, with the course that it follows.
+
+    No word of the language: a quasistatic analysis leaves it on loads and supports at each of its times.
+    """
+
+    of: Any
+
+    def at(self, t: float) -> float:
+        """The share of the full size at time t, s."""
+        share: float = self.of.course.at(t)
+        return share

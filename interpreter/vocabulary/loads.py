@@ -11,7 +11,8 @@ import math
 from dataclasses import replace
 from typing import Annotated, Any, Self
 
-from softmark.interpreter.vocabulary.courses import State
+from softmark.interpreter.results.states import Moment
+from softmark.interpreter.vocabulary.courses import Passed, State
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
@@ -122,7 +123,14 @@ class Load:
 
 
 def at_state(thing: Any, value: float) -> Any:
-    """A load or support with the course of a state, as it is in one of this value; any other is as it was."""
+    """A load or support with the course of a state, as it is in one of this value; any other is as it was.
+
+    At a time of a quasistatic analysis its course has brought it to a part of its size, and it knows what it is a part
+    of (`Passed`).
+    """
+    if isinstance(value, Moment):
+        full, course = thing, thing.course
+        return thing if course is None else replace(thing.part(course.at(value)), course=Passed(full))
     return replace(thing.part(value), course=None) if isinstance(thing.course, State) else thing
 
 

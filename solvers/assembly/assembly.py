@@ -37,6 +37,12 @@ class Assembly:
         other.internal = tuple(internal)
         return other
 
+    def acting(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
+        """The same pattern for other energies and other loads on the same stencils."""
+        other = self.with_internal(internal)
+        other.loads = tuple(loads)
+        return other
+
     def modes(self) -> Floats | None:
         """Rigid motions of the free degrees of freedom (n, 6); None where these are not known to be displacements."""
         from softmark.solvers.sparse.motions import rigid_motions

@@ -332,5 +332,11 @@ def compiled() -> bool:
 
 
 def made() -> int:
-    """How many kernels this process has compiled so far, with all their parts."""
+    """How many kernels this process has compiled so far, or has had compiled beside it, with all their parts."""
     return _made
+
+
+def count(kernels: int) -> None:
+    """Add those that another process has made for this one."""
+    global _made
+    _made += kernels

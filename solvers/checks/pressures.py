@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.checks import solids
+from softmark.solvers.checks import laws, solids
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
 from softmark.solvers.elements import CELLS
+from softmark.solvers.materials.isochoric import Isochoric
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -57,13 +58,20 @@ def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None
         return Split(solids.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
     if strain == "corotational":
         return Split(solids.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, solids.polar, _stretching, whole)
-    if (known := FINITE.get(type(material))) is None:
+    if (known := shape_of(material)) is None:
         return None
     shape, g, dg = known
     with np.errstate(divide="ignore"):
         s = np.where(np.asarray(nu) >= 2.0 / 7.0, 1.0 / 3.0, np.maximum(2.0 * nu / np.asarray(each) - 1.0, -2.0 / 3.0))
     taken = each / (mu * (2.0 * nu - s * each))
     return Split(lambda F: np.reshape(mu, (-1, 1, 1)) * shape(F, s), g, dg, _swelling, taken)
+
+
+def isochoric(material: object, mu: float) -> Stress | None:
+    """The stress of a law that knows of changes of shape alone, of its shear modulus, Pa; None of no such formula."""
+    if type(material) is not NeoHookeanIsochoric:
+        return None
+    return lambda F: mu * _isochoric(F, -2.0 / 3.0)
 
 
 def _identity(F: Floats) -> Floats:
@@ -154,6 +162,14 @@ FINITE: dict[type, tuple[Callable[[Floats, Any], Floats], Measure, Stress]] = {
     StVenantKirchhoff: (_kirchhoff, _green_trace, lambda F: F),
     StableNeoHookean: (_stable, _swelling, _cofactor),
 }
+
+
+def shape_of(material: object) -> tuple[Callable[[Floats, Any], Floats], Measure, Stress] | None:
+    """The stress over mu of a law with s mu for lam, g and dg/dF; None where no formula is known."""
+    if not isinstance(material, Isochoric) or not laws.known(material):
+        return FINITE.get(type(material))
+    own, mu = laws.Written(material), material.young / (2.0 * (1.0 + material.poisson))
+    return lambda F, s: own.stress(F, (s + 2.0 / 3.0) * mu) / mu, own.g, own.dg
 
 
 # ------------------------------------------------------------------ forces

@@ -12,8 +12,9 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.pressures import FINITE, Pressed, Split, split_of
+from softmark.solvers.checks.pressures import Pressed, Split, shape_of, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm
+from softmark.solvers.materials.isochoric import Isochoric
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 
 Constants = Callable[[Floats], tuple[Floats, Floats]]  # of points (n, 3), m: Young's modulus, Pa, and Poisson's ratio
@@ -83,7 +84,7 @@ def terms(material: object, strain: str, selective: bool) -> tuple[VaryingTerm, 
 
     def kept(mu: Floats, lam: Floats) -> Floats:
         """What of lam stays at every point: of K the shear of this law has up to 5 mu/3."""
-        own = strain == "finite" and isinstance(material, NeoHookeanIsochoric)
+        own = strain == "finite" and isinstance(material, NeoHookeanIsochoric | Isochoric)
         return np.clip(lam, -mu, mu) if own else 0.0 * lam
 
     def shear(mu: Floats, lam: Floats) -> Stress:
@@ -105,7 +106,7 @@ def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
 def _finite(material: object) -> Moduli | None:
     """A law of finite strain with all of lam in its shape: P = mu shape(F, lam / mu)."""
     of = getattr(material, "of", None) or material  # of a plate: the law of the solid that it is made of
-    if (known := FINITE.get(type(of))) is None:
+    if (known := shape_of(of)) is None:
         return None
     shape = known[0]
     return lambda mu, lam: lambda F: mu[:, None, None] * shape(F, lam / mu)

@@ -34,6 +34,7 @@ class Forces:
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads
+        self.now: tuple[Energy, ...] | None = None  # of what remembers, at the start of a step
         self.courses: tuple[Course, ...] = problem.courses or (Constant(),) * len(self.loads)
         self.conservative = assembly.conservative
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
@@ -83,10 +84,17 @@ class Forces:
         """Gradients of the energies, the loads with `factors` (l,)."""
         return Force(self.within(x), self.pushed(x, factors))
 
+    def begun(self, x: Floats, factors: Floats) -> Force:
+        """The same at the start of a step, where what remembers has not begun to forget over it."""
+        return Force(self._gradient(self.internal if self.now is None else self.now, x), self.pushed(x, factors))
+
     def within(self, x: Floats) -> Floats:
         """Gradient of the internal energies (dofs,), N."""
+        return self._gradient(self.internal, x)
+
+    def _gradient(self, energies: Sequence[Energy], x: Floats) -> Floats:
         internal = np.zeros(self.dofs)
-        for energy in self.internal:
+        for energy in energies:
             energy.add_gradient(x, internal)
         return internal
 

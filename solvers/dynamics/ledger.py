@@ -36,7 +36,9 @@ class Entry:
 def open_entry(system: System, motion: Motion) -> Entry:
     """Energies of a motion by itself."""
     kinetic = 0.5 * float(motion.v @ (system.forces.M @ motion.v))
-    return Entry(motion, system.forces.within(motion.x), kinetic, system.forces.strain(motion.x))
+    known = system.problem.remembering
+    strain = system.forces.strain(motion.x) if known is None else known.stored(motion.x)
+    return Entry(motion, system.forces.within(motion.x), kinetic, strain)
 
 
 def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
@@ -54,6 +56,8 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])
     damping = last.damping + float(drag @ way)
+    if (known := system.problem.remembering) is not None:
+        damping += known.lost
     gained = here.kinetic + here.strain - last.kinetic - last.strain
     spent = (load_work - last.load_work) + (support_work - last.support_work) - (damping - last.damping)
     drift = last.drift + gained - spent

@@ -102,7 +102,9 @@ class _March:
         return past, entry, ticks
 
     def _accepted(self, past: Past, entry: Entry) -> tuple[Past, Entry]:
-        """The same, with rotations counted from where the step has ended."""
+        """The same, with rotations counted from where the step has ended, and memories of it."""
+        if self.problem.remembering is not None:
+            self.problem.remembering.accepted()
         if (turning := self.problem.turning) is None:
             return past, entry
         past = turning.accepted(past)
@@ -113,7 +115,12 @@ class _March:
 
     def _attempt(self, past: Past, end: float) -> Motion:
         self.system.damping.begin(past.now.x)
-        motion = self.problem.integrator.advance(self.system, past, end - past.now.time)
+        known, h = self.problem.remembering, end - past.now.time
+        if known is not None:
+            known.begin(self.system.forces, h)
+        motion = self.problem.integrator.advance(self.system, past, h)
+        if known is not None:
+            known.tried(self.system.forces, motion.x, h)
         if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
             raise StepFailed("cells are inside out")
         return replace(motion, time=end)

@@ -157,7 +157,7 @@ class StageEquations:
         self.factors = stage.load.mean if stage.between else stage.load.end
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
-            self.past = stage.alpha_f * self.forces.at(start.x, stage.load.start).total
+            self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
 
     def trial(self, x: Floats) -> StageTrial:
         """The end x, with the velocity and the acceleration that belong to it."""

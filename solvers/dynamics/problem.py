@@ -18,6 +18,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import factor
 
 if TYPE_CHECKING:
+    from softmark.solvers.dynamics.remembering import Remembering
     from softmark.solvers.dynamics.turning import Turning
 
 CONSTANT = Constant()
@@ -88,6 +89,8 @@ class Dynamics:
     real-time codes do; the trajectory says which steps were and what residual was left. With cap = 1 and without
     `lagged` a step is the linearly implicit one (Baraff and Witkin 1998).
 
+    With `remembering`, internal energies are those that its memories make of every step.
+
     With a `way` supports are at rest + way.at(support_course(t)) instead.
 
     `sound` says whether a state may be accepted. A step that fails is halved, down to `shortest` times the step.
@@ -111,6 +114,7 @@ class Dynamics:
     cap: int | None = None
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
     turning: Turning | None = None
+    remembering: Remembering | None = None
     way: Way | None = None
 
     @property

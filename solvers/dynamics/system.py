@@ -65,6 +65,8 @@ class System:
         problem = self.problem
         if problem.turning is not None:
             problem.turning.reset()
+        if problem.remembering is not None:
+            problem.remembering.reset(self.forces)
         x = self.supported(problem.rest.astype(np.float64), 0.0)
         v = problem.velocity.astype(np.float64)
         v[self.forces.fixed] = self.support_velocity(0.0)

@@ -182,3 +182,37 @@ class FaceMoment(Energy):
     def rounding(self, x: Floats) -> float:
         """Far below that of the body that carries it."""
         return 0.0
+
+
+@dataclass(frozen=True)
+class Share(Energy):
+    """A part of a load, which grows and falls in time."""
+
+    energy: Energy
+    share: float
+
+    @property
+    def conservative(self) -> bool:
+        """As the load is."""
+        return self.energy.conservative
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the load."""
+        return self.energy.stencils
+
+    def value(self, x: Floats) -> float:
+        """Energy, J."""
+        return self.share * self.energy.value(x)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces, N."""
+        self.energy.add_gradient(x, g, self.share * scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent, N/m."""
+        self.energy.add_hessian(x, data, slots, self.share * scale, projected)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return abs(self.share) * self.energy.rounding(x)

@@ -10,7 +10,8 @@ Pardiso where it is installed and worth its analysis, and to SuperLU.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -18,7 +19,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.base import memory
+from softmark.solvers.base import ahead, memory
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.banded import NEUTRAL, NegativePivot, banded
@@ -42,6 +43,10 @@ LONG = 2e6  # operations for each unknown of a factorisation, from which multigr
 CLOSE = 1e-10  # relative residual to which iterations go
 UNSTABLE = 1e-6  # relative residual of a factor without a choice of pivots that is not worth refining
 FRESH = 30  # iterations within which a factor in single precision must do
+BESIDE = (  # what another process does
+    "from softmark.solvers.base import jit; from softmark.solvers.linear.factorisations import warm; warm({});"
+    " print(jit.made())"
+)
 
 
 class Singular(Exception):
@@ -457,6 +462,14 @@ def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
         x[most] = 1.0
     slopes = (1.0 + np.arange(n) / max(1, n - 1)) * np.where(np.arange(n) % 2, -1.0, 1.0)
     return max(found, 2.0 * float(np.abs(solve(slopes)).sum()) / (3.0 * n))
+
+
+@contextmanager
+def warming(entries: int) -> Iterator[None]:
+    """The same as `warm`, done beside what is compiled within where another process can help."""
+    with ahead.beside(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
+        yield
+    warm(entries)
 
 
 def warm(entries: int) -> None:

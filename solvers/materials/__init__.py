@@ -2,26 +2,36 @@
 
 A material is what a scene names: constants with units. A law is psi, P and dPdF over a batch of deformation
 gradients (law.py); `law_for` makes one from a material and the strain that a model measures. To add a
-material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), and one line
-in MATERIALS. Its constants may be arrays, one for each of the points that its law is asked at: no `if` on them.
+material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), or with constants
+of its own on `OfBarInvariants` or `OfStretches` (isochoric.py), and one line in MATERIALS. Its constants may be arrays,
+one for each of the points that its law is asked at: no `if` on them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import ChainMap
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.drag import Drag
+from softmark.solvers.materials.fung import Fung
+from softmark.solvers.materials.gent import Gent
 from softmark.solvers.materials.isotropic import Isotropic
 from softmark.solvers.materials.law import Law, project
 from softmark.solvers.materials.linear_elastic import LinearElastic
+from softmark.solvers.materials.mooney_rivlin import MooneyRivlin
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.materials.ogden import Ogden
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.materials.veronda_westmann import VerondaWestmann
+from softmark.solvers.materials.viscous import Viscous
+from softmark.solvers.materials.yeoh import Yeoh
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,8 +39,8 @@ else:
     from softmark.solvers.base.deferred import np
 
 __all__ = [
-    "MATERIALS", "STRAINS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for", "parts_for",
-    "project",
+    "MATERIALS", "STRAINS", "WORDS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
+    "parts_for", "project",
 ]  # fmt: skip
 
 MATERIALS: dict[str, type[Isotropic]] = {
@@ -39,7 +49,17 @@ MATERIALS: dict[str, type[Isotropic]] = {
     "neo_hookean_isochoric": NeoHookeanIsochoric,
     "st_venant_kirchhoff": StVenantKirchhoff,
     "stable_neo_hookean": StableNeoHookean,
+    "mooney_rivlin": MooneyRivlin,
+    "ogden": Ogden,
+    "yeoh": Yeoh,
+    "gent": Gent,
+    "arruda_boyce": ArrudaBoyce,
+    "fung": Fung,
+    "veronda_westmann": VerondaWestmann,
 }
+
+# what scenes call materials: those that are laws, and what is made around another
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, MATERIALS)
 
 
 class NoFiniteLaw(Exception):

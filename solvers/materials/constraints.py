@@ -124,15 +124,39 @@ class Stretching(Constraint):
         add_turning(H, f, rotation(f), p)
 
 
-class VolumeRatio(Constraint):
-    """g = J - 1."""
+class OfVolume(Constraint):
+    """g that knows of J = det F alone: a subclass gives it and two derivatives."""
+
+    @abstractmethod
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """g, dg/dJ and d2g/dJ2 (m,), None where it is zero, of j = J - 1 (m,); g is NaN outside its domain."""
 
     def _value(self, f: Array) -> Array:
-        """det F - 1, accurate near rest."""
-        return volume_change(displacement_gradient(f))
+        """g, accurate near rest."""
+        return self.of(volume_change(displacement_gradient(f)))[0]
 
     def _gradient(self, f: Array) -> Array:
-        """cof F."""
+        """dg/dJ cof F."""
+        return self.of(volume_change(displacement_gradient(f)))[1] * cofactor(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p (dg/dJ d(cof F)/dF + d2g/dJ2 cof F (x) cof F)."""
+        _, first, second = self.of(volume_change(displacement_gradient(f)))
+        add_cross(H, (p * first) * f)
+        if second is not None:
+            C = cofactor(f).reshape(9, -1)
+            add_outer(H, (p * second) * C, C)
+
+
+class VolumeRatio(OfVolume):
+    """g = J - 1."""
+
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """J - 1, 1 and 0."""
+        return j, np.ones_like(j), None
+
+    def _gradient(self, f: Array) -> Array:
+        """cof F, without J."""
         return cofactor(f)
 
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
@@ -140,28 +164,26 @@ class VolumeRatio(Constraint):
         add_cross(H, p * f)
 
 
-class LogarithmicVolume(Constraint):
+class LogarithmicVolume(OfVolume):
     """g = ln J, for J > 0."""
 
-    def _value(self, f: Array) -> Array:
-        """ln det F, accurate near rest; NaN where J <= 0."""
-        j = volume_change(displacement_gradient(f))
-        return np.log1p(np.where(j > -1.0, j, np.nan))
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """ln J, 1/J and -1/J^2; NaN where J <= 0."""
+        first = 1.0 / (1.0 + j)
+        return np.log1p(np.where(j > -1.0, j, np.nan)), first, -first * first
 
-    def _gradient(self, f: Array) -> Array:
-        """F^-T = cof F / J."""
-        return cofactor(f) / self._ratio(f)
 
-    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """p (d(cof F)/dF / J - F^-T (x) F^-T)."""
-        J = self._ratio(f)
-        turned = (cofactor(f) / J).reshape(9, -1)
-        add_cross(H, (p / J) * f)
-        add_outer(H, -p * turned, turned)
+class ReciprocalVolume(OfVolume):
+    """g = (J - 1/J)/2, for J > 0: as much for a volume that is halved as for one that is doubled.
 
-    @staticmethod
-    def _ratio(f: Array) -> Array:
-        return 1.0 + volume_change(displacement_gradient(f))
+    K/2 g^2 = K/8 (J^2 + J^-2 - 2). Source: Hartmann and Neff (2003), "Polyconvexity of generalized polynomial-type
+    hyperelastic strain energy functions for near-incompressibility", the family K/(2 n^2) (J^n + J^-n - 2) with n = 2.
+    """
+
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """(J - 1/J)/2, (1 + 1/J^2)/2 and -1/J^3; NaN where J <= 0."""
+        inverse = 1.0 / np.where(j > -1.0, 1.0 + j, np.nan)
+        return 0.5 * j * (1.0 + inverse), 0.5 * (1.0 + inverse**2), -(inverse**3)
 
 
 class GreenDilatation(Constraint):

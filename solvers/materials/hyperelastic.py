@@ -45,7 +45,7 @@ class Hyperelastic(Blockwise):
         self._dPdF(_diagonal(s), H)
         axes, twist, flip = _principal_blocks(H)
         H[...] = 0.0
-        _add_modes(H, product(r, v), v, axes, twist, flip)
+        add_modes(H, product(r, v), v, axes, twist, flip)
 
 
 def _diagonal(s: Array) -> Array:
@@ -70,7 +70,7 @@ def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
     return axes, twist, flip
 
 
-def _add_modes(H: Array, u: Array, v: Array, axes: Array, twist: list[Array], flip: list[Array]) -> None:
+def add_modes(H: Array, u: Array, v: Array, axes: Array, twist: list[Array], flip: list[Array]) -> None:
     """H += sum axes_ab D_a (x) D_b + twist and flip modes, D_a = u_a v_a^T; upper triangle."""
     D = np.stack([_dyad(u[:, a], v[:, a]) for a in range(3)])  # (3, 9, m)
     for a in range(3):

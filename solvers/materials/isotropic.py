@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 
@@ -36,6 +36,8 @@ class Isotropic:
     volume_share = 1.0
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
+    # of a stress that relaxes: its shares, and times in s (viscous.py)
+    branches: ClassVar[tuple[tuple[float, float], ...]] = ()
 
     @property
     def shear_modulus(self) -> float:
@@ -112,6 +114,10 @@ class Isotropic:
 
         None where there is no such law, or where it does not come apart.
         """
+        return None
+
+    def isochoric(self) -> Law | None:
+        """The part of the law at finite strain that knows of changes of shape alone, F / J^(1/3); None without such."""
         return None
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:

@@ -39,6 +39,10 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
 
         return _Shape(**vars(self)), VolumeRatio()
 
+    def isochoric(self) -> Law:
+        """Without what K holds."""
+        return _Isochoric(**vars(self))
+
     @property
     def _of_shear(self) -> float:
         """5 mu/3, and all of K = lam + 2 mu/3 where that is less, Pa."""
@@ -72,6 +76,15 @@ class _Shear(NeoHookeanIsochoric):
     def bulk_modulus(self) -> float:
         """What stays at every point, Pa."""
         return self._of_shear
+
+
+class _Isochoric(NeoHookeanIsochoric):
+    """The part that no change of volume changes."""
+
+    @property
+    def bulk_modulus(self) -> float:
+        """None."""
+        return 0.0
 
 
 class _Volume(NeoHookeanIsochoric):

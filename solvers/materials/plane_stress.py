@@ -39,6 +39,11 @@ class Thin(Isotropic):
         """A plate of a material."""
         return of if isinstance(of, cls) else cls(of.young, of.poisson, of.density, of)
 
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:  # type: ignore[override]
+        """Those of the solid."""
+        return () if self.of is None else self.of.branches
+
     def finite_law(self) -> Law | None:
         """The law of the solid: `law_for` makes that of the plate of it."""
         return None if self.of is None else self.of.finite_law()

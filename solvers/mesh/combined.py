@@ -22,6 +22,8 @@ FACETS = 0.5  # of a model's size: of facets that curved sides are made of, wher
 COARSE = 0.1  # of the extent: a surface is made with cells so large, and its triangles are halved
 USUAL = 0.05  # of the extent: of the cells of a model, where none is known
 AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+MANY = 1e6  # triangles of a surface: more is not combined in a minute, nor in a gigabyte
+FLUSH = 1e-12  # of their extent: bodies that are no farther apart have a face in common
 INSIDE = 1e-6  # of the extent: what is within by less is on the border
 
 
@@ -53,7 +55,7 @@ class Combined(Enclosed):
     def apart(self) -> str:
         """That the bounds of both have nothing in common, where that leaves no body, or two."""
         one, other = (shape.bounds for shape in self.pair)
-        return _APART[self.operation] if _beside(one, other) else ""
+        return _APART[self.operation] if _beside(one, other, self.operation == "union") else ""
 
     @property
     def pair(self) -> tuple[Shape, Shape]:
@@ -72,11 +74,21 @@ class Combined(Enclosed):
         one, other = (shape.bounds for shape in self.pair)
         if one is None or other is None:
             return one if self.operation == "difference" else None
-        if self.operation == "difference" or _beside(one, other):
+        if self.operation == "difference" or _beside(one, other, self.operation == "union"):
             return one
         low, high = (min, max) if self.operation == "union" else (max, min)
         ends: list[Any] = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
         return ends[0], ends[1]
+
+    @property
+    def least(self) -> float:
+        """A volume, m^3, that it has at least, as far as can be told without its surface."""
+        if self.operation == "union":
+            return float(max(self.one.least, self.other.least))
+        if self.operation == "intersection" or self.other.bounds is None:
+            return 0.0
+        most = self.other.volume or math.prod(b - a for a, b in zip(*self.other.bounds, strict=True))
+        return float(max(0.0, self.one.least - most))
 
     def contains(self, point: Vector3) -> bool:
         """Whether it holds a point, give or take 1e-9 of its size; what is on the border of a hole is of the body."""
@@ -98,11 +110,15 @@ class Combined(Enclosed):
         """Its surface, of facets for cells of a size (m). Raises UnreadableMesh."""
         return _closed(self, _stamp(self), self.fineness(size))
 
+    def halved(self, size: float) -> tuple[Closed, Closed]:
+        """Its surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
+        here, stamp = self.fineness(size), _stamp(self)
+        return _closed(self, stamp, here), _closed(self, stamp, here, 1)
+
     def missed(self, size: float) -> float:
         """Of its volume, what the facets miss, m^3: by such facets halved, which miss a fourth."""
-        here = self.fineness(size)
-        coarse, fine = (_closed(self, _stamp(self), here, halved).volume for halved in (0, 1))
-        return 4.0 / 3.0 * (fine - coarse)
+        coarse, fine = self.halved(size)
+        return 4.0 / 3.0 * (fine.volume - coarse.volume)
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
@@ -129,7 +145,8 @@ class Union(Combined):
     united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`). What that encloses is filled with
     tetrahedra by the extra `meshing`, as `filled` says. The report has the volume that the facets miss, and how the
     mesh stands to its surface. Conditions are asked of the facets, which lie inside a ball and inside a hole: borders
-    along curved sides need room. Three bodies are a union of a union.
+    along curved sides need room. What a load takes of them is held against the surfaces of the shapes themselves, or of
+    finer facets where one of them is a file's. Three bodies are a union of a union.
     """
 
     operation = "union"
@@ -158,11 +175,13 @@ class Intersection(Combined):
     operation = "intersection"
 
 
-def _beside(one: Bounds | None, other: Bounds | None) -> bool:
-    """Whether two bounds are known to have nothing in common."""
+def _beside(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
+    """Whether two bounds are known to have nothing in common; or no face, where bodies may meet in one."""
     if one is None or other is None:
         return False
-    return not all(a < d and c < b for a, b, c, d in zip(*one, *other, strict=True))
+    slack = FLUSH * max(math.dist(*one), math.dist(*other))
+    common = [min(b, d) - max(a, c) for a, b, c, d in zip(*one, *other, strict=True)]
+    return min(common) < -slack or sum(gap <= slack for gap in common) > touching
 
 
 def _stamp(shape: Shape) -> Any:
@@ -172,10 +191,22 @@ def _stamp(shape: Shape) -> Any:
     return seen(shape.file) if shape.file else None
 
 
+def _triangles(shape: Shape, facets: float) -> float:
+    """About how many triangles of a size (m) a surface with curved sides is made of."""
+    if isinstance(shape, Combined):
+        return sum(_triangles(own, shape.facets or facets) for own in shape.pair)
+    if not shape.sides or shape.bounds is None:
+        return 0.0
+    a, b, c = (high - low for low, high in zip(*shape.bounds, strict=True))
+    return 2.0 * (shape.skin or 2.0 * (a * b + b * c + c * a)) / facets**2
+
+
 @lru_cache(maxsize=16)
 def _closed(shape: Combined, stamp: Any, facets: float, halved: int = 0) -> Closed:
-    from softmark.solvers.mesh.combining import combined
+    from softmark.solvers.mesh.combining import combined, too_many
 
+    if (count := _triangles(shape, facets)) > MANY:
+        raise too_many(count, facets)
     return combined(shape.operation, *(_skin(own, facets, halved) for own in shape.pair))
 
 

@@ -16,7 +16,8 @@ from softmark.solvers.mesh.mesh import Floats, Ints
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Side
 
-EMPTY, MISSING, UNFIT = "E336", "E337", "E338"
+EMPTY, MISSING, UNFIT, ENDLESS = "E336", "E337", "E338", "E578"
+SAME = 12  # digits, of the extent: faces that differ by rounding lie in one plane
 NOTHING = 1e-9  # of the extent cubed: a volume that is no more is none
 MEANING = {"union": "__add__", "difference": "__sub__", "intersection": "__xor__"}
 
@@ -37,7 +38,7 @@ def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints
     manifold = library()
     every = np.concatenate([one[0], other[0]])
     middle, extent = every.mean(axis=0), float(np.linalg.norm(np.ptp(every, axis=0)))
-    first, second = (_solid(manifold, (X - middle) / extent, triangles) for X, triangles in (one, other))
+    first, second = (_solid(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
     found = getattr(manifold.Manifold, MEANING[operation])(first, second)
     if found.is_empty() or found.volume() <= NOTHING:
         raise UnreadableMesh(_emptied(operation), EMPTY, "look at their places and sizes: `origin`, `axis`, units")
@@ -63,6 +64,14 @@ def halves(points: Floats, triangles: Ints, sides: Sequence[Side]) -> tuple[Floa
     four = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     fine = np.stack([np.stack(t, axis=1) for t in four], axis=1).reshape(-1, 3)
     return np.concatenate([points, middles]), fine.astype(np.int64)
+
+
+def too_many(count: float, facets: float) -> UnreadableMesh:
+    """Why a surface is not made of about so many triangles of a size, m."""
+    return UnreadableMesh(
+        f"its curved sides would be about {count:.1e} triangles of {1e3 * facets:.3g} mm", ENDLESS,
+        "use a larger size of the model, of which facets are half, or larger `facets`",
+    )  # fmt: skip
 
 
 def _emptied(operation: str) -> str:

@@ -209,22 +209,23 @@ def _candidates(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
     # an edge of a curved cell can leave the box of its nodes
     slack = 0.05 * (high - low).max(axis=1, keepdims=True)
     low, high = low - slack, high + slack
-    nearest = min(nearest, len(low))
-    which, cells = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    which, cells = holding(low, high, X)
+    lost = np.setdiff1d(np.arange(len(X)), which)
+    point, near = _nearest_boxes(low, high, X[lost], min(nearest, len(low)))
+    return np.concatenate([which, lost[point]]), np.concatenate([cells, near])
+
+
+def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[Ints, Ints]:
+    """Pairs of a point X (n, 3) and each of so many boxes that are nearest to it (n count,) each."""
     bounds = [(np.ascontiguousarray(low[:, i]), np.ascontiguousarray(high[:, i])) for i in range(3)]
+    found = np.zeros((len(X), count), dtype=np.int64)
     for start in range(0, len(X), CHUNK):
         away = np.zeros((len(X[start : start + CHUNK]), len(low)))  # (c, m)
         for (lowest, highest), x in zip(bounds, X[start : start + CHUNK].T[:, :, None], strict=True):
             gap = np.maximum(lowest - x, x - highest)
             away += np.maximum(gap, 0.0, out=gap)
-        held = away == 0.0
-        lost = np.flatnonzero(~held.any(axis=1))
-        close = np.argpartition(away[lost], nearest - 1, axis=1)[:, :nearest]
-        held[lost[:, None], close] = True
-        point, cell = np.nonzero(held)
-        which.append(start + point)
-        cells.append(cell)
-    return np.concatenate(which), np.concatenate(cells)
+        found[start : start + CHUNK] = np.argpartition(away, count - 1, axis=1)[:, :count]
+    return np.repeat(np.arange(len(X)), count), found.ravel()
 
 
 def _local(mesh: Mesh, X: Floats, cell: Ints) -> Floats:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.group import Group
 
 WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
+HELD = 20.0  # bytes for each number of the stiffness of each cell: 8 in it, the rest where it goes and what makes it
 QUARTERS = 4  # steps along an edge, at which new nodes lie
 
 
@@ -58,6 +59,13 @@ def finer(mesh: Mesh, shape: Shape | None = None) -> Finer:
     for side in () if shape is None else shape.sides:
         _onto(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _whole(N)))
     return Finer(Mesh(points, cells, element.name, groups=_groups(mesh, element, places[children])), P)
+
+
+def needs(mesh: Mesh) -> float:
+    """Bytes that forces and stiffness over the finer space of a mesh take at their most, about, before it is made."""
+    own, new = mesh.element, element_of(mesh.element.finer)
+    cells = len(mesh.cells) * (len(own.children()) if own is new else 1)
+    return HELD * cells * (3.0 * new.nodes) ** 2
 
 
 def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:

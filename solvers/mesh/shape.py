@@ -217,6 +217,11 @@ class Shape:
         return None
 
     @property
+    def least(self) -> float:
+        """A volume, m^3, that it has at least, as far as can be told without its surface."""
+        return self.volume or 0.0
+
+    @property
     def skin(self) -> float | None:
         """Exact area of its surface, m^2, where it is known."""
         return None

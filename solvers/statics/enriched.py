@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy import linalg as dense
 from scipy import sparse
 
 from softmark.records import dataclass
@@ -20,16 +21,21 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, factor
 from softmark.solvers.sparse.gradients import dot
 
-SMALL = 4000  # unknowns up to which a factor takes less than iterations
+SMALL = 20_000  # unknowns up to which a factor takes hardly more than iterations, and less where volumes are kept
+LARGER = 40_000  # the same where iterations lead nowhere
 CLOSE = 2e-2  # relative residual of the systems, and their error in the energy norm
+NEAR = 0.1  # the same of a step to a mode, whose frequency it changes by its square
 SETTLED = 0.03  # of the first step: a step this short is the last
 ROUNDED = 1e-12  # of the displacements: a step this short is rounding, and those after it are no shorter
+CRAWL = 3.0  # times that, of the way so far: what the steps of DELAY iterations may add up to where they have settled
 STEPS = 10  # of Newton's method at most
 AWAY = 5.0  # times the first step: a longer one does not lead to a state nearby
-DELAY = 10  # iterations over which the energy must have come to rest
+DELAY = 10  # iterations over which the energy and the displacements must have come to rest
 MOST = 400  # iterations of conjugate gradients in a step
+ALIKE = 1e-10  # of the largest: a smaller direction among vectors is one that they have already
 
 
+LOST = "conjugate gradients do not solve the systems of the finer space"
 Solve = Callable[[Floats], Floats]
 
 
@@ -73,6 +79,49 @@ def settled(
     raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 
 
+def solver(
+    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+) -> tuple[sparse.csr_matrix, Solve]:
+    """The tangent in a state, and what solves with it, which raises StateLost. Raises Singular, what `watch` raises."""
+    K = assembly.tangent(x, 1.0)
+    watch()
+    if _direct(assembly):
+        return K, factor(K, symmetric=assembly.conservative).solve
+    nearly = _preconditioner(K, below(), watch)
+
+    def solve(b: Floats) -> Floats:
+        if (found := _gradients(K, b, nearly, NEAR)) is None:
+            raise StateLost(LOST)
+        return found
+
+    return K, solve
+
+
+def slowest(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
+    """w^2 (m,), (rad/s)^2, of K phi = w^2 M phi near `modes` (n, m) of a coarser space. Raises StateLost.
+
+    Each mode is taken by one step of inverse iteration, which leaves w^2 / w_j^2 of what it has of faster ones, and all
+    of them and the steps by Rayleigh and Ritz (Bathe 2014, section 10.3.2): its error is of the square of what is left.
+    """
+    with np.errstate(all="ignore"), ALONE:
+        stiff, heavy = K @ modes, M @ modes
+        values = (modes * stiff).sum(axis=0) / (modes * heavy).sum(axis=0)
+        steps = np.stack([solve(b) for b in (heavy * values - stiff).T], axis=1)
+        return _ritz(K, M, np.hstack([modes, steps]))[: modes.shape[1]]
+
+
+def _ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
+    """w^2 in rising order within the span of vectors (n, k). Raises StateLost."""
+    basis = basis / np.maximum(np.sqrt((basis * (M @ basis)).sum(axis=0)), np.finfo(np.float64).tiny)
+    if not np.all(np.isfinite(basis)):
+        raise StateLost("the modes of the finer space are not finite")
+    sizes, axes = np.linalg.eigh(basis.T @ (M @ basis))
+    known = sizes > ALIKE * sizes[-1]
+    basis = basis @ (axes[:, known] / np.sqrt(sizes[known]))
+    found: Floats = dense.eigvalsh(basis.T @ (K @ basis))
+    return found
+
+
 def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
     """Whether the next step, with what solved for the last, would be short beside one of a `size`, m.
 
@@ -99,7 +148,7 @@ def _step(
     """Of the free unknowns by the tangent, or a definite one, and what solves with it, or nearly. Raises StateLost."""
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
-    direct = len(g) <= SMALL or not assembly.conservative or assembly.saddle
+    direct = _direct(assembly)
     for definite in (False,) if direct else (False, True):
         K = assembly.tangent(x, 1.0, definite)
         if not np.all(np.isfinite(K.data)):
@@ -111,20 +160,31 @@ def _step(
         nearly = _preconditioner(K, below(), watch)
         if (d := _gradients(K, -g, nearly)) is not None:
             return d, nearly
-    raise StateLost("conjugate gradients do not solve the systems of the finer space")
+    if len(g) > LARGER:
+        raise StateLost(LOST)
+    known = factor(assembly.tangent(x, 1.0))
+    return -known.solve(g), known.solve
 
 
-def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve) -> Floats | None:
+def _direct(assembly: Assembly) -> bool:
+    """Whether its systems are factored."""
+    return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
+
+
+def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: float = CLOSE) -> Floats | None:
     """x with K x = b by conjugate gradients; None where K is not definite, or MOST iterations do not do.
 
     The residual is dominated by what is stiff, such as a change of volume, and bending is soft: that the energy grows
-    no more is asked too, over DELAY iterations (Strakos and Tichy 2002).
+    no more is asked too, over DELAY iterations (Strakos and Tichy 2002), and that x moves no more. Near
+    incompressibility nearly all of the energy may be in volumes, and x as far off as it is large.
     """
     x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
     gained: list[float] = []
-    goal = CLOSE**2 * dot(b, b)
+    moved: list[float] = []
+    goal = close**2 * dot(b, b)
     for number in range(MOST):
-        if dot(r, r) <= goal and sum(gained[-DELAY:]) <= CLOSE**2 * sum(gained):
+        settled = dot(r, r) <= goal and sum(gained[-DELAY:]) <= close**2 * sum(gained)
+        if settled and sum(moved[-DELAY:]) <= CRAWL * close * dot(x, x) ** 0.5:
             return x
         z = precondition(r)
         rz, before = dot(r, z), rz
@@ -134,6 +194,7 @@ def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve) -> Floats |
         if not (curvature > 0.0 and rz > 0.0):
             return None
         gained.append(rz * rz / curvature)
+        moved.append(rz / curvature * dot(p, p) ** 0.5)
         x += (rz / curvature) * p
         r -= (rz / curvature) * q
     return None

@@ -143,10 +143,11 @@ def check_word(cls: type[Any], kind: str, name: str) -> None:
     params: Any = cls.__dataclass_params__  # type: ignore[attr-defined]
     assert params.frozen
     hints = get_type_hints(cls, include_extras=True)
-    for f in dataclasses.fields(cls):
+    own = [f for f in dataclasses.fields(cls) if f.init]  # others follow from these
+    for f in own:
         assert getattr(hints[f.name], "__metadata__", None), f"{f.name}: Annotated[type, unit or kind, meaning]"
     word = Constructor(name, kind, cls, _fields(cls))
-    assert len(word.fields) == len(dataclasses.fields(cls))
+    assert len(word.fields) == len(own)
     for field in word.fields:
         assert len(field.doc) > 3, field.name
         assert not field.doc.endswith("."), f"{field.name}: a meaning, and no sentence"

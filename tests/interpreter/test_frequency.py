@@ -195,9 +195,25 @@ model    cells = fem(hex8, strain = small, size = 2.5 mm)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex20"])
+def test_what_is_stated_of_a_frequency_is_near_its_error(kind: str) -> None:
+    """24 % was stated for 1.2 %, and 20 to 35 times the error of coarser meshes. Truth: hex20 on cells of 5 mm,
+    0.09 % off. A finer space has half to all of the error, of which 2 and 2.5 times are stated."""
+    text = BAR.format(law="neo_hookean", nu=NU, mode=1, model="fem(hex20, strain = small, size = 5 mm)")
+    loaded = softmark.loads(text + f"model own = fem({kind}, strain = small, size = 10 mm)\n")
+    report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=("own",)))
+    own, said = report.models["own"].metrics["tone"].value, report.models["own"].stated["tone"]
+    true = report.models["m"].metrics["tone"].value
+    assert own is not None
+    assert true is not None
+    assert said.value is not None, said.reason
+    assert own - true < said.value < 4.0 * (own - true)
+
+
+@pytest.mark.slow
 def test_what_is_stated_of_a_frequency_holds_its_error() -> None:
     """A bar in a tube stretches alone: 3 c / 4 L is the second tone. Linear cells of h are (k h)^2 / 24 above it, here
-    0.06 % for k h = 0.12; what coarser meshes say is that or more, and the page has all tones up to it."""
+    0.06 % for k h = 0.12; what a finer space says is that or more, and the page has all tones up to it."""
     loaded = softmark.loads(STRETCHED)
     report = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=()))
     model, true = report.models["cells"], 0.75 * math.sqrt(E / RHO) / 0.1
@@ -205,7 +221,7 @@ def test_what_is_stated_of_a_frequency_holds_its_error() -> None:
     assert found is not None
     assert found / true - 1.0 == pytest.approx((1.5 * math.pi * 0.025) ** 2 / 24.0, rel=0.05)
     assert said.value is not None, said.reason
-    assert found - true < said.value < 20.0 * (found - true)
+    assert found - true < said.value < 4.0 * (found - true)
     assert said.unit == "Hz"
     page = render(report)
     rows = page[page.index('id="modes"') :].split("</table>")[0]

@@ -208,3 +208,31 @@ def test_every_doubt_has_a_page() -> None:
     assert {code for code in DOUBTS if code < "W5"} <= set(pages())
     assert is_doubt("W352")
     assert not is_doubt("W303")
+
+
+NOTHING = """
+material gel  = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     b    = solid(box(size = (20, 10, 10) mm), gel)
+support  wall = fixed(b, where = x <= 0 mm)
+support  top  = fixed(b, where = x >= 20 mm, components = y)
+load     pull = traction(b, where = x >= 20 mm, vector = (1000, 0, 0) Pa)
+metric   side = force(top, along = +y)
+metric   turn = moment(wall, along = +z)
+probe    held = point(b, at = (0, 5, 5) mm)
+metric   none = displacement(held, along = +x)
+model    m    = {model}
+"""
+
+
+@pytest.mark.parametrize("model", ["fem(hex8, strain = corotational, size = 5 mm)", "beam6dof(segments = 4)"])
+def test_what_is_nothing_states_what_rounding_and_the_solver_leave(model: str) -> None:
+    """By symmetry, or held: a force of 1e-17 N stated 1e-28 N beside 0.1 N that pull, or 57 % between meshes, and what
+    does not move stated that it has no error."""
+    scene = softmark.loads(NOTHING.format(model=model))
+    report = run(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
+    found = report.models["m"]
+    for name, least, most in (("side", 1e-17, 1e-9), ("turn", 1e-19, 1e-11), ("none", 1e-19, 1e-11)):
+        value, said = found.metrics[name].value, found.stated[name]
+        assert value is not None
+        assert said.value is not None, said.reason
+        assert max(abs(value), least) < said.value < most

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from softmark.references.cantilever import Refused
+from softmark.references.rubber import Rubber
 from softmark.references.torsion import TwistedCylinder
+from tests.references.test_inflation import LAWS
 
-ROD = TwistedCylinder(0.06, 0.01, 20e3, 0.5, (0.01, -0.02, 0.03), (0.0, 0.6, 0.8), 2.5)
+MU = 20e3  # Pa
+ROD = TwistedCylinder(0.06, 0.01, Rubber.neo_hookean(MU), 0.5, (0.01, -0.02, 0.03), (0.0, 0.6, 0.8), 2.5)
 
 
 def energy(angle: float, stretch: float) -> float:
@@ -22,7 +25,7 @@ def energy(angle: float, stretch: float) -> float:
     R = 0.5 * ROD.radius * (x + 1.0)
     I1 = stretch**2 + (2.0 + (R * angle / ROD.length) ** 2) / stretch
     weights = 0.5 * ROD.radius * w * 2.0 * math.pi * R * ROD.length
-    return float(0.5 * ROD.shear_modulus * weights @ (I1 - 3.0))
+    return float(0.5 * MU * weights @ (I1 - 3.0))
 
 
 def test_torque_and_thrust_are_slopes_of_the_energy() -> None:
@@ -53,9 +56,47 @@ def test_its_displacements_keep_the_volume_and_have_that_energy() -> None:
 
 
 def test_what_it_does_not_hold_for() -> None:
-    wrong: list[dict[str, Any]] = [{"poisson": 0.4999}, {"radius": 0.0}, {"shear_modulus": -1.0}, {"angle": math.inf}]
+    wrong: list[dict[str, Any]] = [{"poisson": 0.4999}, {"radius": 0.0}, {"angle": math.inf}]
     for changes in wrong:
         with pytest.raises(Refused):
             replace(ROD, **changes)
     with pytest.raises(Refused):
         ROD.displacement(np.zeros(3))
+
+
+def test_torques_of_other_laws() -> None:
+    """REFERENCES 3.6: c1 = 6 and c2 = 4 kPa, A = 19 mm, 20 rad/m: .0818831 N m and 1.146363 N; neo-Hooke of 20 kPa."""
+    mooney = Rubber("mooney_rivlin", (("c1", 6e3), ("c2", 4e3)))
+    rod = TwistedCylinder(0.1, 0.019, mooney, 0.5, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 2.0)
+    assert rod.torque == pytest.approx(0.0818831, abs=6e-8)
+    assert rod.thrust == pytest.approx(1.146363, abs=6e-7)
+    assert rod.torque == pytest.approx(math.pi * 10e3 * 20.0 * 0.019**4, rel=1e-12)
+    assert rod.thrust == pytest.approx(0.5 * math.pi * 400.0 * 0.019**4 * 14e3, rel=1e-12)
+    again = replace(rod, rubber=Rubber.neo_hookean(20e3))
+    assert again.torque == pytest.approx(0.0818831, abs=6e-8)
+    assert again.thrust == pytest.approx(0.818831, abs=6e-7)
+    same = replace(rod, rubber=Rubber("ogden", (("mu", (12e3, -8e3)), ("alpha", (2.0, -2.0)))))
+    assert (same.torque, same.thrust, same.energy) == pytest.approx((rod.torque, rod.thrust, rod.energy), rel=1e-12)
+    assert replace(rod, angle=-2.0).torque == pytest.approx(-rod.torque, rel=1e-14)
+
+
+@pytest.mark.parametrize("law", ["yeoh", "gent", "fung", "ogden", "arruda_boyce", "veronda_westmann"])
+def test_torque_is_the_slope_of_the_energy_of_every_law(law: str) -> None:
+    """Central differences, of second order in 1e-5. Thrust: that of W of the twist and a stretch t along the axis."""
+    rubber = LAWS[law]
+    rod = TwistedCylinder(0.1, 0.019, rubber, 0.5, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 4.0)
+    h = 1e-5
+    slope = (replace(rod, angle=4.0 + h).energy - replace(rod, angle=4.0 - h).energy) / (2 * h)
+    assert rod.torque == pytest.approx(slope, rel=1e-8)
+    x, w = np.polynomial.legendre.leggauss(40)
+    R, w = 0.5 * 0.019 * (x + 1.0), 0.5 * 0.019 * w
+
+    def stored(t: float) -> float:
+        F = np.zeros((40, 3, 3))
+        F[:, 0, 0] = F[:, 1, 1] = t**-0.5
+        F[:, 2, 2], F[:, 1, 2] = t, 40.0 * R * t**-0.5  # theta by z: the twist is by the undeformed length
+        e = 0.5 * np.log(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)).T
+        return float(2.0 * math.pi * 0.1 * w @ (R * rubber.energy(e)))
+
+    pull = (stored(1.0 + h) - stored(1.0 - h)) / (2 * h * 0.1)
+    assert rod.thrust == pytest.approx(-pull, rel=1e-7)

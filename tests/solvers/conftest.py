@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import Integrator
@@ -28,7 +29,7 @@ def law() -> Callable[..., Law]:
 
     def make(name: str, young: float = 1.0, poisson: float = 0.3) -> Law:
         if name in MATERIALS:
-            return law_for(MATERIALS[name](young, poisson, 1.0), "finite")
+            return law_for(made(name, young, poisson), "finite")
         return law_for(MATERIALS["linear_elastic"](young, poisson, 1.0), name)
 
     return make

@@ -144,3 +144,41 @@ def test_a_mesh_fills_it() -> None:
     mesh = shape.mesh("tet10", R / 2)
     assert mesh.filling is not None
     assert float(mesh.volumes.sum()) == pytest.approx(volume - shape.missed(R / 2), rel=2e-3)  # of the tolerance
+
+
+def test_more_facets_than_can_be_united_are_refused_before_any_is_made() -> None:
+    """`facets` of 10 um on a drill took 11 GB in a check. Of flat sides there are no more than the shape has."""
+    with pytest.raises(UnreadableMesh, match=r"about .*e\+0\d triangles of 0.01 mm") as caught:
+        Difference(CUBE, DRILL, facets=1e-5).closed()
+    assert caught.value.code == "E578"
+    with pytest.raises(UnreadableMesh, match="triangles"):
+        Union(Difference(CUBE, DRILL, facets=1e-5), CUBE).closed(R)
+
+
+def test_a_least_volume_is_no_more_than_there_is() -> None:
+    """By which a size too small for memory is known when a scene is checked."""
+    for shape, volume in BODIES.values():
+        assert 0.0 <= shape.least <= volume * (1.0 + 1e-12)
+    assert BODIES["drilled"][0].least == pytest.approx(8 * R**3 - 3 * math.pi * R**3 / 4)
+
+
+def test_bodies_that_have_a_face_in_common_meet() -> None:
+    """Side by side they were said not to; with an edge or a corner in common they are two. By rounding too."""
+    step = Box((2 * R, 2 * R, R), (2 * R, 0.0, 0.0))
+    assert Union(CUBE, step).fault == ""
+    assert Union(CUBE, step).bounds == ((0.0, 0.0, 0.0), (4 * R, 2 * R, 2 * R))
+    assert Union(Box((0.1, 0.1, 0.1)), Box((0.3, 0.1, 0.1), (0.1, 0.0, 0.0))).fault == ""
+    assert Union(Box((0.3, 0.1, 0.1)), Box((0.1, 0.1, 0.1), (0.1 + 0.2, 0.0, 0.0))).fault == ""  # 0.30000000000000004
+    assert "one piece" in Union(CUBE, Box((R, R, R), (2 * R, 2 * R, 0.0))).fault
+    assert "one piece" in Union(CUBE, Box((R, R, R), (2 * R, 2 * R, 2 * R))).fault
+    assert "nothing would be taken" in Difference(CUBE, step).fault
+    assert "nothing is left" in Intersection(CUBE, step).fault
+
+
+@needs_library
+@pytest.mark.parametrize("x", [2 * R, 2 * R + 1e-17])
+def test_what_stands_beside_a_body_is_united_with_it(x: float) -> None:
+    """One closed surface with the volume of both; a gap of rounding does not make it two."""
+    surface = Union(CUBE, Box((2 * R, R, R), (x, 0.0, 0.0))).closed(R)
+    assert surface.volume == pytest.approx(10 * R**3, rel=1e-9)
+    assert surface.area == pytest.approx(24 * R**2 + 8 * R**2, rel=1e-9)

@@ -13,7 +13,7 @@ from softmark.solvers.elements import CELLS, ELEMENTS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.tet4 import Tet4
-from softmark.solvers.mesh import boxes
+from softmark.solvers.mesh import boxes, interpolation
 from softmark.solvers.mesh.boxes import holding
 from softmark.solvers.mesh.interpolation import integration, locate
 from softmark.solvers.mesh.mesh import Mesh
@@ -178,6 +178,25 @@ def test_interpolation_reproduces_a_linear_field_everywhere_within(kind: str) ->
     np.testing.assert_allclose(place.interpolate(linear(bar.points)), linear(X), atol=1e-13)
     np.testing.assert_array_equal(place.outside, 0.0)
     assert place.N.min() > DIPS.get(kind, -1e-12)
+
+
+def test_points_are_held_against_the_cells_around_them_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those within are found by boxes in a grid: time and memory went with points times cells."""
+    asked = []
+    every = interpolation._nearest_boxes
+
+    def counted(low: Any, high: Any, X: Any, count: int) -> Any:
+        asked.append(len(X))
+        return every(low, high, X, count)
+
+    monkeypatch.setattr(interpolation, "_nearest_boxes", counted)
+    X = np.random.default_rng(6).uniform((0, 0, 0), (0.2, 0.04, 0.06), (100, 3))
+    X[7] = (0.3, 0.02, 0.03)
+    place = locate(BARS["tet10"], X)
+    assert asked == [1]
+    assert place.outside[7] == pytest.approx(0.1, rel=0.3)
+    np.testing.assert_array_equal(np.delete(place.outside, 7), 0.0)
+    np.testing.assert_allclose(place.interpolate(linear(BARS["tet10"].points)), linear(X), atol=1e-12)
 
 
 @ON

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.materials import MATERIALS, Law, law_for, parts_for
+from softmark.solvers.materials import Law, law_for, parts_for
 from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
@@ -133,7 +134,7 @@ def test_quadrature_of_the_test_itself() -> None:
 
 def energy(mesh: Mesh, material: str, strain: str, integrated: str) -> Energy:
     """The elastic energy, with lambda's part at the centres of the cells where it is integrated selectively."""
-    own, parts = MATERIALS[material](YOUNG, POISSON, 1.0), integration(mesh)
+    own, parts = made(material, YOUNG, POISSON), integration(mesh)
     if integrated == "full":
         return Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, strain))
     laws, middle = parts_for(own, strain), integration(mesh, rule=centre_rule(mesh.element))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from equal_moduli import made
 from scipy.optimize import brentq
 
 from softmark.solvers.checks.solids import relaxed
@@ -16,7 +17,7 @@ FINITE = [name for name in MATERIALS if name != "linear_elastic"]
 
 def plate(name: str, strain: str) -> PlaneStress:
     """The law of a plate."""
-    law = law_for(Thin.made(MATERIALS[name](E, NU, 1000.0)), strain)
+    law = law_for(Thin.made(made(name, E, NU, 1000.0)), strain)
     assert isinstance(law, PlaneStress)
     return law
 

@@ -13,6 +13,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic, Together
@@ -55,14 +56,14 @@ def cells(kind: str, law: str) -> Elastic:
     if law == "corotational":
         known = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), law)
     else:
-        known = law_for(MATERIALS[law](1.0, 0.3, 1.0), "finite")
+        known = law_for(made(law, 1.0, 0.3), "finite")
     return Elastic(mesh.cells, parts.dNdX, parts.w, known)
 
 
 def selective(law: str) -> Together:
     mesh, full = block("hex8"), cells("hex8", law)
     middle = integration(mesh, rule=centre_rule(mesh.element))
-    parts = parts_for(MATERIALS[law](1.0, 0.3, 1.0), "finite")
+    parts = parts_for(made(law, 1.0, 0.3), "finite")
     assert parts is not None
     first = Elastic(full.cells, full.dNdX, full.w, parts[0])
     return Together((first, Elastic(full.cells, middle.dNdX, middle.w, parts[1])))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
@@ -31,7 +32,7 @@ KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
 
 
 def material(law: str = "linear_elastic", poisson: float = POISSON) -> Isotropic:
-    return MATERIALS[law](YOUNG, poisson, 1.0)
+    return made(law, YOUNG, poisson)
 
 
 def six(sigma: np.ndarray) -> np.ndarray:

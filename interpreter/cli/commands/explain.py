@@ -245,6 +245,7 @@ _VALUES = {
 _FITTING = {  # of fields whose value must go with that of another, or that take some shapes alone
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
+    "limit": "30", "alpha": "[1.3, 5]",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
     "uncertainty": "0.05 mm",
 }  # fmt: skip
@@ -263,7 +264,8 @@ _SAMPLES = {
 
 
 def _example(c: Constructor) -> str:
-    given = [f for f in c.fields if f.required or f.name in _CHOSEN.get(c.name, ())]
+    chosen = (*_CHOSEN.get(c.name, ()), *(names[0] for names in getattr(c.cls, "either", ())))
+    given = [f for f in c.fields if f.required or f.name in chosen]
     files = {f.name: _FILES[c.name] for f in given if f.form == "file" and c.name in _FILES}
     arguments = [f"{f.name} = {files.get(f.name) or _sample(f)}" for f in given]
     return f"{c.name}({', '.join(arguments)})"
@@ -277,6 +279,8 @@ def _sample(f: Field) -> str:
     if f.form == "quantity":
         dimension = f.dimension or units.NONE
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
+    if f.form == "each" and f.dimension == units.PRESSURE:
+        return "[60, 2] kPa"
     if f.form == "vector":
         return f"(1, 1, 1) {units.of_vector(f.dimension or units.NONE)}"
     if f.form == "choice":

@@ -63,7 +63,7 @@ def _run(parsed: argparse.Namespace, progress: Progress) -> int:
     shelf = Shelf(parsed)
     stated = () if parsed.stated else None
     options = Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
-                      free=True)  # fmt: skip
+                      free=True, beside=True)  # fmt: skip
     try:
         text = Text(*read_scene(parsed.file), tuple(parsed.overrides))
         report = report_of(text, options)

@@ -90,12 +90,15 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
 
     Estimates for solid sections, on the safe side of what solids of the same shape show. Bending stretches one side as
     much as it shortens the other, so that a law that is not linear shows in second order; in stretch it does at once.
+    What is pulled or pressed along its axis is neither sheared nor curled.
     """
     section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}
     names = "bending_strain", "axial_strain", "flat_curvature_per_m", "curvature_per_m"
     bent, stretched, curvature, of_tube = (float(checks.get(n) or 0.0) for n in names)
-    missing = ribbon.missing(section, case.prism.length, poisson, spans, thing.shear)
+    length, bends = case.prism.length, ribbon.bends(section, case.prism.length, bent, stretched)
+    missing = bends * ribbon.missing(section, length, poisson, spans, thing.shear)
+    missing += (1.0 - bends) * ribbon.gripped(section, length, poisson, spans)
     missing += TAPERED * case.prism.slope**2 + curved.left_out(case.prism)
     missing += ribbon.stiffening(section, poisson, curvature + case.prism.bend)
     missing += ribbon.ovalling(section, poisson, of_tube)

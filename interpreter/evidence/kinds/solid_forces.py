@@ -19,7 +19,7 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
 from softmark.records import dataclass
-from softmark.solvers.checks import solids
+from softmark.solvers.checks import laws, solids
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
 from softmark.solvers.elements import CELLS
@@ -73,15 +73,25 @@ class Solved:
         for own, which in alone(self.case, self.mesh):
             cells = self.mesh.cells[which][near[which]]
             body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u)
+            body = self._remembering(own, body)
             f, left = body.forces(cells)
             found, noise = found + f, noise + left
         return found, 0.0, noise
+
+    def _remembering(self, own: Case, body: Any) -> Any:
+        """The same with the past of its material, if that has one. Raises Unchecked."""
+        if not own.material.branches:
+            return body
+        from softmark.interpreter.evidence import remembered
+
+        points = len(self.mesh.cells) * len(solids.rule(self.mesh.kind)[1])
+        return remembered.remembering(body, remembered.course_of(own, self.model.strain, self.mesh, points))
 
     @cached_property
     def _pressed(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
         for own, which in alone(self.case, self.mesh):
-            f, less, left = pressed(self.model, own, self.mesh, which).forces()
+            f, less, left = self._remembering(own, pressed(self.model, own, self.mesh, which)).forces()
             found, lacking, noise = found + f, float(np.hypot(lacking, less)), noise + left
         return found, lacking, noise
 
@@ -144,7 +154,8 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
         own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
-    material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
+    material = case.plain.material
+    material, body = getattr(material, "law", material), (mesh.points, mesh.cells[which], mesh.kind, u)
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
@@ -206,6 +217,10 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 
 
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
+    of = getattr(material, "of", None) or material  # of a plate: the solid that it is made of
+    if laws.known(of):
+        stress, *centre = laws.Written(of).terms(selective)
+        return StressTerm(stress), *(StressTerm(each, centre=True) for each in centre)
     parts = material.finite_parts() if selective else None
     if parts is not None:
         return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)

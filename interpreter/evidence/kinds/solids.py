@@ -14,7 +14,8 @@ from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.materials import alone
-from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Remembered, Unknown
+from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Remembered, Unknown
+from softmark.interpreter.evidence.tone_answers import ToneAnswer
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
@@ -26,6 +27,8 @@ from softmark.solvers.elements import named
 
 THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
+TIGHT = 0.49  # Poisson's ratio from which quadratic cells converge more slowly
+LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
 
 def _largest_poisson(answer: Answer) -> float:
@@ -74,7 +77,8 @@ class Solids(Sized):
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
         why = ""
-        if not isinstance(answer.case.analysis, Dynamic):
+        past = any(material.branches for material in answer.case.materials)
+        if not isinstance(answer.case.analysis, Dynamic) and not past:
             try:
                 return self._from_finer(answer, seen)
             except Unknown as unknown:
@@ -87,22 +91,50 @@ class Solids(Sized):
             raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
     def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
-        if seen.in_forces:
+        fine: ProbeAnswer
+        if isinstance(seen, ToneAnswer):
+            fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
+        elif seen.in_forces:
             raise Unknown("a finer space over the same cells has no reactions of its own")
-        thing: Fem = answer.solid.thing
-        fine = seen.at(self._finer(answer))
-        apart, size = fine.apart(seen), fine.size
-        left = named(thing.element).leaves * apart
+        else:
+            fine = seen.at(self._finer(answer))
+        apart = fine.apart(seen)
+        size = fine.beside(apart)
+        left = self._leaves(answer) * apart
         if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
         return left
 
-    def _finer(self, answer: Answer) -> Remembered:
+    def _leaves(self, answer: Answer) -> float:
+        """The error over the distance to the finer space; more of quadratic cells that must keep the volume.
+
+        Their displacements are then too few, and an order is lost (Babuska and Suri 1992, "Locking effects in the
+        finite element approximation of elasticity problems").
+        """
+        thing: Fem = answer.solid.thing
+        element = named(thing.element)
+        full = thing.integration == "full" and thing.formulation == "displacement"
+        tight = full and element.order > 1 and not answer.own.material.thin and _largest_poisson(answer) >= TIGHT
+        return element.leaves * (LOST if tight else 1.0)
+
+    def _above(self, answer: Answer) -> finer.Above:
         own = (answer.scene, answer.solid, answer.own)
-        field: Remembered = answer.once(
-            "finer", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget)
+        above: finer.Above = answer.once(
+            "above", lambda: finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget)
         )
+        return above
+
+    def _finer(self, answer: Answer) -> Remembered:
+        field: Remembered = answer.once("finer", lambda: self._above(answer).seen())
         return field
+
+    def _tones(self, answer: Answer, count: int) -> Floats:
+        def find() -> Floats:
+            coarse, known = answer.tangent()
+            return self._above(answer).frequencies(coarse, answer.state, known, count)
+
+        found: Floats = answer.once(f"tones {count}", find)
+        return found
 
     def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From one or two coarser meshes. Raises Unknown."""
@@ -126,6 +158,8 @@ class Solids(Sized):
     def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
         """What the model would be with the best strain measure that there is, where it is another."""
         materials = replace(answer.own, other_material=None).materials
+        if any(material.branches for material in materials) and thing.strain != "finite":
+            raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
         finite = [material.finite_law() is not None for material in materials]
         if any(finite) and not all(finite):
             raise Unknown("its materials have no measure of strain in common that is the best of each")
@@ -143,7 +177,7 @@ class Solids(Sized):
         if alike:
             own = self._another(answer, seen, "alike", thing, **alike)
         apart = right.apart(own)
-        if not apart <= HOPELESS * right.size:
+        if not apart <= HOPELESS * right.beside(apart):
             raise Unknown("the best strain of its material leads to quite another state")
         return apart
 

@@ -76,14 +76,14 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
     (first, ratio), *second = coarser
     near = seen.of(first)
     apart = seen.apart(near)
-    orders.must_tell([apart], seen.size)
+    orders.must_tell([apart], seen.beside(apart))
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         farther = near.apart(near.of(second[0][0]))
     if seen.in_forces and farther is not None and farther > apart * ratio ** (order + orders.NEAR):
         apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = orders.index(apart, ratio, order, farther)
-    orders.must_tell([found], seen.size, HOPELESS)
+    orders.must_tell([found], seen.beside(apart), HOPELESS)
     return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import holders, reactions
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
@@ -16,7 +18,10 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
         return AtRest(reason=why)
     carried = solution.carried()
     held = reactions(carried, holders(case, prepared.mesh, declared.thing))
-    return AtRest(held, carried.work, carried.energy)
+    most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
+    moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
+    known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
+    return AtRest(*known, dissipated=carried.dissipated)
 
 
 def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:

@@ -76,6 +76,7 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
 
@@ -103,6 +104,11 @@ class Carried:
     def extent(self) -> float:
         """The diagonal of the same, m."""
         return float(np.linalg.norm(np.ptp(self.x, axis=0)))
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest load, N: the sizes of its forces at nodes, for a pressure all around comes to no force."""
+        return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,17 @@ def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear
     return cache(lambda count: _frequencies(assembly, x, mass(), linear, count))
 
 
+def matrix(mass: Any, assembly: Assembly) -> Any:
+    """A mass matrix, or its diagonal, of the first degrees of freedom, as one of those that are free (n, n), kg."""
+    from scipy import sparse
+
+    whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)
+    whole.resize(assembly.dofs, assembly.dofs)
+    return whole[assembly.free][:, assembly.free]
+
+
 def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
     import numpy as np
-    from scipy import sparse
 
     from softmark.solvers.dynamics.vibrations import CLOSE, NotSettled, lowest, unsettled
     from softmark.solvers.linear.factorisations import Singular
@@ -44,10 +52,7 @@ def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count
 
     if not assembly.conservative:
         raise Undefined("its forces have no energy: what follows them may grow, and has no modes of its own")
-    whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)
-    whole.resize(assembly.dofs, assembly.dofs)
-    free = assembly.free
-    K, M = assembly.tangent(x.astype(np.float64), 1.0), whole[free][:, free]
+    K, M = assembly.tangent(x.astype(np.float64), 1.0), matrix(mass, assembly)
     try:
         plain = Linear(modes=linear.modes, spare=linear.spare)
         values, modes = lowest(K, M, count, lambda: Systems(plain).direct(K))

@@ -24,6 +24,7 @@ CLAMPED, STRIP = (
     1.6,
     3.2,
 )  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
+GRIPPED = 0.6  # the same of a rod that is pulled, at each clamp
 THICK = 0.3  # times (width / length)^2
 SEEN = 0.02  # of the stiffness: what is worth a warning
 
@@ -93,3 +94,18 @@ def missing(section: Section, length: float, poisson: float, spans: int, shear: 
     reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
     thick = (spans * wide / length) ** 2
     return reach * spans * plate(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick
+
+
+def gripped(section: Section, length: float, poisson: float, spans: int) -> float:
+    """What clamps leave of the stretch of a rod that is pulled along its axis, relative, on the safe side.
+
+    A clamp keeps its section from growing thinner: of round rods of any length it takes 0.27 plate(nu) width / length
+    of what the end moves by, and twice that half way, as axisymmetric solids show.
+    """
+    return GRIPPED * spans * plate(poisson) * max(section.extents) / length
+
+
+def bends(section: Section, length: float, bent: float, stretched: float) -> float:
+    """How much of what a rod does may be bending, 0 to 1, by its strains: bent it moves length over width as far."""
+    far = 4.0 * bent * length / max(section.extents)
+    return min(1.0, far / stretched) if stretched > 0.0 else 1.0

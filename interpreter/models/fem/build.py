@@ -91,6 +91,15 @@ class PreparedSolid(OnMesh):
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        entries = len(self.problem.assembly.pattern.indices)
+        with factorisations.warming(entries):
+            self._warm_cells()
+        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+            systems.warm(self.problem.linear, self.problem.rest.dtype)
+        if self.first is not None:
+            self.first.prepared.warm()
+
+    def _warm_cells(self) -> None:
         twin = self.problem.twin.internal if self.problem.twin else ()
         for energy in (*self.solid, *twin[: len(twin) - len(self.beds)]):
             one = _one_cell(energy)
@@ -102,12 +111,6 @@ class PreparedSolid(OnMesh):
             small.gradient(rest, 1.0)
             small.tangent(rest, 1.0)
         _one_cell(self.elastic).F(np.zeros(self.mesh.points.size))
-        entries = len(self.problem.assembly.pattern.indices)
-        factorisations.warm(entries)
-        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
-            systems.warm(self.problem.linear, self.problem.rest.dtype)
-        if self.first is not None:
-            self.first.prepared.warm()
 
     @property
     def assembly(self) -> Assembly:
@@ -160,7 +163,7 @@ class PreparedSolid(OnMesh):
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         moved = self._deformed(u, found.x, left)
-        modes = about(self.assembly, found.x, self._mass, self.problem.linear)
+        modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
@@ -168,7 +171,8 @@ class PreparedSolid(OnMesh):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
 
-    def _mass(self) -> Any:
+    def mass(self) -> Any:
+        """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:

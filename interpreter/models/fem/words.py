@@ -127,6 +127,7 @@ class Fem(Model):
     ] = None
 
     loads = (*Model.loads, PerLength)
+    remembers = True
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
@@ -319,14 +320,14 @@ class Fem(Model):
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         """A mesh that is too fine for memory, or coarser than the body."""
         shape = case.shape
-        if self.size is None or shape.bounds is None or shape.volume is None or self._own_mesh(case):
+        if self.size is None or shape.bounds is None or not (volume := shape.least) or self._own_mesh(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")
         element = named(self.element)
-        cells = len(element.split[0]) * shape.volume / self.size**3
+        cells = len(element.split[0]) * volume / self.size**3
         if shape.flat:  # one through the thickness
-            cells = len(element.split[0]) * shape.volume / (high[2] - low[2]) / self.size**2
+            cells = len(element.split[0]) * volume / (high[2] - low[2]) / self.size**2
             thick = max(high[0] - low[0], high[1] - low[1])
             low, high = (*low[:2], 0.0), (*high[:2], thick)
         if cells > element.most:

@@ -103,6 +103,11 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     return fixed, target, way
 
 
+def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
+    """Of every held degree of freedom what it is moved by, m, and the support that moves it. Raises Fault."""
+    return _solid_held(case, mesh, measured, 1.0).values
+
+
 def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Held:
     """What supports hold at a share of their motions. Raises Fault."""
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)

@@ -53,6 +53,7 @@ class Model:
     wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
     graded = False  # it takes materials whose constants vary in space
+    remembers = False  # it takes materials whose stress relaxes
     recovers = False  # it finds back to rest from any state
 
     # what it is
@@ -147,6 +148,10 @@ class Model:
             yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the support `{bed.name}`",
                              "springs on a surface", "`fem(...)` takes them")  # fmt: skip
         yield from self.turns(declared, case)
+        if any(material.branches for material in case.materials):
+            from softmark.interpreter.models.shared import viscous
+
+            yield from viscous.refusals(self, declared, case)
 
     @property
     def _most(self) -> str:

@@ -70,8 +70,8 @@ class PreparedSprings(OnMesh):
 
     def warm(self) -> None:
         """Compile or load every kernel, outside the clock."""
-        warm_kernels()
-        factorisations.warm(len(self.problem.assembly.pattern.indices))
+        with factorisations.warming(len(self.problem.assembly.pattern.indices)):
+            warm_kernels()
 
     @property
     def assembly(self) -> Assembly:

@@ -25,6 +25,8 @@ Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Out = Callable[[Any], Any]  # (x, y, z) of a facet -> of the body's surface
 
+ONE = 5e-7  # of the largest level: borders that differ by less are one
+WITHIN = np.array([(0.11, 0.23), (0.53, 0.17), (0.29, 0.61)])  # local points of any facet
 STRAIGHT = 1e-10  # of its size: how far a facet's parts may be from parallel
 
 
@@ -166,6 +168,25 @@ class ConditionOnPatches:
         found: Mask = np.broadcast_to(self.condition.given(levels, self.patches.extent), len(f))
         return found
 
+    @cached_property
+    def repeated(self) -> Mask:
+        """Which borders (b,) are one that came before, on these facets: what that cuts they do not cut again."""
+        found = np.zeros(len(self.condition.borders), dtype=np.bool_)
+        if len(found) < 2 or not len(self.patches.corners):
+            return found
+        f = np.repeat(np.arange(len(self.patches.corners)), len(WITHIN))
+        X = self.patches.at(f, np.tile(WITHIN, (len(self.patches.corners), 1))[:, None])[:, 0]
+        before: list[Floats] = []
+        for b in range(len(found)):
+            level = self.level(b, X)
+            top = level[np.abs(level).argmax()]
+            if not abs(top) > self.slack[b] or not np.isfinite(top):  # a side of the body, which cuts nothing
+                continue
+            shape = level / top
+            found[b] = any(np.abs(shape - other).max() <= ONE for other in before)
+            before.append(shape)
+        return found
+
     def crossed_facets(self) -> Ints:
         """Facets that a border may cut."""
         f, tri = self.patches.triangles
@@ -182,7 +203,8 @@ class ConditionOnPatches:
             low, high = over(v, D)
             values.append(v)
             slopes.append(D)
-            crossed.append((low < -self.slack[b]) & (high > self.slack[b]) & ~self.settled[f, b])
+            cuts = not self.repeated[b]
+            crossed.append(cuts & (low < -self.slack[b]) & (high > self.slack[b]) & ~self.settled[f, b])
         return Looked(values, slopes, np.array(crossed))
 
 

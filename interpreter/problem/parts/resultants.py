@@ -8,12 +8,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.parts.patches import Floats
 from softmark.interpreter.problem.parts.surface import Loaded
-from softmark.interpreter.problem.parts.true import selected
+from softmark.interpreter.problem.parts.true import selected, tended, volume
 from softmark.interpreter.results.loads import Resultant, Vector, vector
 from softmark.interpreter.vocabulary.loads import (
     AtPoint,
@@ -25,8 +26,11 @@ from softmark.interpreter.vocabulary.loads import (
     Tensile,
     Turning,
 )
+from softmark.solvers.mesh.combined import Combined
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
+CURVED = "use a smaller size, or tet10, whose facets are curved"
+FLATTER = "use a smaller size, or smaller `facets`: between their corners they are flat, for elements of any order"
 
 
 class Built(Protocol):
@@ -81,8 +85,15 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
         return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
+    area = area or _tended(case, action.where, mesh)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
+
+
+def _tended(case: Case, where: Condition, mesh: Any) -> float | None:
+    """The area, m^2, that finer facets come to, of a body made of others of which some are known by their facets."""
+    made = getattr(mesh, "filling", None)
+    return tended(case.shape, where, made.size) if made is not None and isinstance(case.shape, Combined) else None
 
 
 def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
@@ -131,8 +142,8 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     """The force on the body itself, and the area that it acts on; None where they are not known."""
     shape = case.shape
     match load.thing.action:
-        case PerMass(acceleration=g) if shape.volume is not None and not case.parts and case.uniform:
-            return vector(case.material.density * shape.volume * np.array(g)), None
+        case PerMass(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
+            return vector(case.material.density * held * np.array(g)), None
         case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return vector(found[0] * np.array(t)), found[0]
         case Turning(where=where) if (found := selected(shape, where)) is not None:
@@ -161,7 +172,7 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
                 f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
                 f"`{declared.name}`",
                 "its facets are not the curved surface",
-                "use a smaller size, or tet10, whose facets are curved; the report has the force and the exact one",
+                f"{FLATTER if case.shape.enclosed else CURVED}; the report has the force and the exact one",
             ))  # fmt: skip
         if r.remainder > SHOWN * r.area:
             notes.append(diagnostic(

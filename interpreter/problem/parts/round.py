@@ -14,8 +14,8 @@ CELLS = 8  # along a quarter of a great circle: facets of the flat patches that 
 GAUSS = 8  # points along each side of a whole facet: round-off is all that they miss
 
 
-def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float) -> tuple[float, Floats]:
-    """Area, m^2, and the integral of the normal away from the centre (3,), m^2, on a curved side.
+def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float) -> tuple[float, Floats, float]:
+    """Area, m^2, the integral of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a curved side.
 
     In the coordinates in which it is the unit sphere, an area da seen under a direction e from a distance r is
     e (e . da) / r^2 on the sphere, and cof(A) of that, A = diag(semi-axes), on the ellipsoid.
@@ -36,8 +36,11 @@ def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float)
     y = (patches.at(f, xi[:, None])[:, 0] - np.array(side.centre)) / A
     r = np.linalg.norm(y, axis=1)[:, None]
     e = y / r
-    vectors = w[:, None] * A.prod() / A * e * (e * da).sum(axis=1)[:, None] / r**2
-    return float(np.linalg.norm(vectors, axis=1).sum()), vectors.sum(axis=0)
+    seen = w[:, None] * A.prod() * (e * da).sum(axis=1)[:, None] / r**2
+    vectors = e / A * seen
+    total = vectors.sum(axis=0)
+    through = float(total @ np.array(side.centre)) + float(seen.sum())
+    return float(np.linalg.norm(vectors, axis=1).sum()), total, through
 
 
 def planes(shape: Round) -> tuple[Floats, Condition]:

@@ -3,59 +3,218 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from functools import lru_cache, reduce
 from itertools import pairwise
 
 import numpy as np
 
-from softmark.interpreter.language.conditions import Condition, Term
+from softmark.interpreter.language.conditions import EVERYWHERE, Condition, Term
 from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Floats, Patches
 from softmark.interpreter.problem.parts.round import curved, planes
 from softmark.interpreter.problem.parts.taken import Part, part
+from softmark.interpreter.problem.parts.within import HERE, Point, within
+from softmark.records import dataclass
+from softmark.solvers.mesh.combined import Combined
 from softmark.solvers.mesh.extruded import Extruded
 from softmark.solvers.mesh.polygons import edges
 from softmark.solvers.mesh.revolved import Revolution
 from softmark.solvers.mesh.shape import Shape, Vector3, moved, transverse
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.sides import Around, Conical
+from softmark.solvers.mesh.sides import Around, Conical, Ellipsoidal
 from softmark.solvers.mesh.spheres import Round
 from softmark.solvers.mesh.tube import Tube
 
+BESIDE = 2e-8  # of the extent: how far beside a surface it is asked what is there
+SOME = 1e-6  # of the extent squared: less area on two surfaces at once is what tolerances leave
 TIPS = (1 / 4096, 1 / 256, 1 / 32, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a cone: bands towards its tip; the first is flat
 SIDES = 48  # flat strips that the side of a cylinder is unrolled on
+
+
+Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3,), m^2; of x . n, m^3
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a body's surface: what of it a condition selects, in a body of an extent.
+
+    `moved` are its points, moved out of the body by so much (m), back into it where that is less than zero.
+    """
+
+    measure: Callable[[Condition, float], Measured]
+    moved: Callable[[float], Point]
+
+    def within(self, *held: Condition) -> Piece:
+        """The part of it where some conditions hold."""
+        return Piece(lambda asked, extent: self.measure(reduce(_and, held, asked), extent), self.moved)
+
+    def turned(self) -> Piece:
+        """The same, seen from the other side of it."""
+
+        def measure(condition: Condition, extent: float) -> Measured:
+            area, vector, through = self.measure(condition, extent)
+            return area, -vector, -through
+
+        return Piece(measure, lambda out: self.moved(-out))
 
 
 @lru_cache(maxsize=64)
 def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
     """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files.
 
-    Found once for all models of a body.
+    Found once for all models of a body. Of combined bodies each part's own surface is taken, where it is one of theirs.
+    """
+    if condition.groups or (found := pieces(shape)) is None:
+        return None
+    area, vector, _ = _added([piece.measure(condition, shape.diagonal) for piece in found])
+    return area, vector
+
+
+@lru_cache(maxsize=64)
+def volume(shape: Shape) -> float | None:
+    """m^3, of combined bodies too, a third of what goes through their surface (Gauss); None where it is not known."""
+    if not isinstance(shape, Combined):
+        return shape.volume
+    if (found := pieces(shape)) is None:
+        return None
+    return _added([piece.measure(EVERYWHERE, shape.diagonal) for piece in found])[2] / 3.0
+
+
+def tended(shape: Combined, condition: Condition, size: float) -> float | None:
+    """Area, m^2, that facets for cells of a size (m) tend to as they are halved, and miss a fourth; None of groups.
+
+    For parts of which no more is known. Raises UnreadableMesh.
     """
     if condition.groups:
         return None
-    extent = shape.diagonal
+    areas = [_flat(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.halved(size)]
+    return areas[1] + (areas[1] - areas[0]) / 3.0
+
+
+def pieces(shape: Shape) -> list[Piece] | None:
+    """All of a shape's surface; None of those from files, or along curved axes."""
+    if isinstance(shape, Combined):
+        return _of_both(shape)
     if isinstance(shape, Box):
-        return _flat(_faces(shape), condition, extent)
+        return [_plate(corners[None]) for corners in _faces(shape)]
     if isinstance(shape, Round):
-        flat, within = planes(shape)
-        found = [curved(shape, side, condition, extent) for side in shape.sides]
-    elif isinstance(shape, Cylinder | Tube):
-        flat, within = _ends(shape), _around(shape.origin, shape.axis, shape.radius, shape.section.hollow)
-        found = [_side(side, condition, extent) for side in shape.sides]
-    elif isinstance(shape, Revolution):
-        return _turned(shape, condition)
-    elif isinstance(shape, Extruded):
-        return _added([_flat(corners, condition, extent) for corners in _polygonal(shape)])
-    else:
+        flat, inner = planes(shape)
+        balls = [_ball(shape, side) for side in shape.sides]
+        return [*_outside_first(balls), *(_plate(corners[None], inner) for corners in flat)]
+    if isinstance(shape, Cylinder | Tube):
+        inner = _around(shape.origin, shape.axis, shape.radius, shape.section.hollow)
+        sides = [_roll([side]) for side in shape.sides]
+        return [*_outside_first(sides), *(_plate(corners[None], inner) for corners in _ends(shape))]
+    if isinstance(shape, Revolution):
+        return _turned(shape)
+    if isinstance(shape, Extruded):
+        return [_plate(corners) for corners in _polygonal(shape)]
+    return None
+
+
+def _of_both(shape: Combined) -> list[Piece] | None:
+    """Of what is made of two: of the surface of each what is outside the other, or in it.
+
+    Where both have the same surface, it is taken of the first if both are on the same side of it (on opposite sides, of
+    what one leaves of the other), and of the second never. What is on a border between parts of which the first is made
+    is on no surface of it.
+    """
+    first, second = pieces(shape.one), pieces(shape.other)
+    if first is None or second is None:
         return None
-    found = [(area, sense * vector) for (area, vector), sense in zip(found, (1.0, -1.0), strict=False)]
-    if len(flat):
-        found.append(_flat(flat, Condition.junction("and", condition, within), extent))
-    return _added(found)
+    union, taken = shape.operation == "union", shape.operation == "difference"
+    beside = BESIDE * shape.diagonal
+    same = (beside,) if union else (-beside,)
+    both = (-beside, beside) if isinstance(shape.one, Combined) else ()
+    found = [_kept(piece, shape.other, union or taken, same) for piece in first]
+    found += [_kept(piece.turned() if taken else piece, shape.one, union, both) for piece in second]
+    return None if None in found else [piece for piece in found if piece is not None]
 
 
-def _added(found: list[tuple[float, Floats]]) -> tuple[float, Floats]:
-    return sum(area for area, _ in found), np.sum([vector for _, vector in found], axis=0)
+def _kept(piece: Piece, other: Shape, outside: bool, beside: tuple[float, ...]) -> Piece | None:
+    """Of a piece what is outside another shape, or in it, and of what is on its surface where it is so beside that.
+
+    `beside` are the places to ask of the latter, m out of the body; none, where nothing of it is taken.
+    """
+    open_, closed = (within(other, HERE, held) for held in (False, True))
+    if open_ is None or closed is None:
+        return None
+    on = piece.within(closed, Condition.negation(open_))
+    sure = piece.within(Condition.negation(closed) if outside else open_)
+    there = [held for out in beside if (held := within(other, piece.moved(out), True)) is not None]
+    doubtful = on.within(*(map(Condition.negation, there) if outside else there))
+
+    def measure(condition: Condition, extent: float) -> Measured:
+        found = sure.measure(condition, extent)
+        if not beside or on.measure(condition, extent)[0] <= SOME * extent**2:
+            return found
+        return _added([found, doubtful.measure(condition, extent)])
+
+    return Piece(measure, piece.moved)
+
+
+def _and(one: Condition, other: Condition) -> Condition:
+    return Condition.junction("and", one, other)
+
+
+def _outside_first(found: list[Piece]) -> list[Piece]:
+    """An outer surface, and that of a hollow, which looks inward."""
+    return [piece if i == 0 else piece.turned() for i, piece in enumerate(found)]
+
+
+def _added(found: list[Measured]) -> Measured:
+    if not found:
+        return 0.0, np.zeros(3), 0.0
+    areas, vectors, through = zip(*found, strict=True)
+    return sum(areas), np.sum(vectors, axis=0), sum(through)
+
+
+def _plate(corners: Floats, *held: Condition) -> Piece:
+    """Of flat facets (f, k, 3) in one plane, where conditions hold."""
+    normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
+    normal /= np.linalg.norm(normal)
+
+    def moved(out: float) -> Point:
+        return _linear(np.eye(3), out * normal)
+
+    def measure(condition: Condition, extent: float) -> Measured:
+        area, vector = _flat(corners, condition, extent)
+        return area, vector, float(vector @ corners[0, 0])
+
+    return Piece(measure, moved).within(*held)
+
+
+def _ball(shape: Round, side: Ellipsoidal) -> Piece:
+    centre = np.array(side.centre)
+
+    def moved(out: float) -> Point:
+        stretch = np.diag([1.0 + out / a for a in side.semiaxes])
+        return _linear(stretch, centre - stretch @ centre)
+
+    return Piece(lambda condition, extent: curved(shape, side, condition, extent), moved)
+
+
+def _linear(matrix: Floats, rest: Floats) -> Point:
+    """matrix x + rest."""
+
+    def of(row: list[float], more: float) -> Term:
+        parts = [own.combine("*", Term.constant(c)) for own, c in zip(HERE, row, strict=True) if c]
+        return reduce(lambda a, b: a.combine("+", b), parts, Term.constant(more))
+
+    x, y, z = (of(row, more) for row, more in zip(matrix.tolist(), rest.tolist(), strict=True))
+    return x, y, z
+
+
+def _roll(bands: Sequence[Around | Conical]) -> Piece:
+    """The side of a cylinder, or a cone's in bands, which looks away from the axis."""
+    side, widest = bands[0], max(max(band.radii) for band in bands)
+    axis, origin = np.array(side.axis), np.array(side.origin)
+
+    def moved(out: float) -> Point:
+        stretch = np.eye(3) + out / widest * (np.eye(3) - np.outer(axis, axis))
+        return _linear(stretch, origin - stretch @ origin)
+
+    return Piece(lambda condition, extent: _added([_side(band, condition, extent) for band in bands]), moved)
 
 
 def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
@@ -96,27 +255,24 @@ def _around(origin: Vector3, axis: Vector3, radius: float, hollow: float | None)
             if e[i]:
                 along = along.combine("+", Term.coordinate(i).combine("*", Term.constant(e[i])))
         square = square.combine("+", along.combine("*", along))
-    within = Condition.comparison("<=", square, Term.constant(radius**2), 2)
+    inner = Condition.comparison("<=", square, Term.constant(radius**2), 2)
     if not hollow:
-        return within
-    return Condition.junction("and", within, Condition.comparison(">=", square, Term.constant(hollow**2), 2))
+        return inner
+    return Condition.junction("and", inner, Condition.comparison(">=", square, Term.constant(hollow**2), 2))
 
 
-def _turned(shape: Revolution, condition: Condition) -> tuple[float, Floats]:
+def _turned(shape: Revolution) -> list[Piece]:
     """Of a body of revolution: its curved sides, and the flat rings around its axis."""
-    extent, axis = shape.diagonal, np.array(shape.axis)
-    found = []
-    for side, outward in shape.slanted:
-        area, vector = _added([_side(band, condition, extent) for band in _bands(side)])
-        found.append((area, vector if outward else -vector))
+    axis = np.array(shape.axis)
+    rolls = [(_roll(_bands(side)), outward) for side, outward in shape.slanted]
+    found = [roll if outward else roll.turned() for roll, outward in rolls]
     u, v = (np.array(e) for e in transverse(shape.axis))
     for ring in shape.rings:
         turning = [ring.outer * c for c in (-u - v, u - v, u + v, v - u)]
         middle = np.array(shape.origin) + ring.at * axis
         corners = np.array([[middle + c for c in (turning if ring.up else reversed(turning))]])
-        within = _around(shape.origin, shape.axis, ring.outer, ring.inner)
-        found.append(_flat(corners, Condition.junction("and", condition, within), extent))
-    return _added(found)
+        found.append(_plate(corners, _around(shape.origin, shape.axis, ring.outer, ring.inner)))
+    return found
 
 
 def _bands(side: Conical) -> list[Conical]:
@@ -132,8 +288,8 @@ def _bands(side: Conical) -> list[Conical]:
     ]  # fmt: skip
 
 
-def _polygonal(shape: Extruded) -> tuple[Floats, Floats]:
-    """The sides of an extruded polygon (s, 4, 3), and triangles of its ends (t, 3, 3), seen from outside."""
+def _polygonal(shape: Extruded) -> list[Floats]:
+    """The sides of an extruded polygon, each (1, 4, 3), and triangles of its ends (t, 3, 3), seen from outside."""
     from softmark.solvers.mesh.plane_quads import triangles
 
     section = shape.section
@@ -143,10 +299,10 @@ def _polygonal(shape: Extruded) -> tuple[Floats, Floats]:
     flat = points[cells]
     ends = [np.concatenate([own, np.full((*own.shape[:2], 1), z)], axis=2)
             for own, z in ((flat[:, ::-1], low), (flat, high))]  # fmt: skip
-    return shape.placed(np.array(sides)), shape.placed(np.concatenate(ends))
+    return [*(shape.placed(np.array([own])) for own in sides), *(shape.placed(own) for own in ends)]
 
 
-def _side(side: Around | Conical, condition: Condition, extent: float) -> tuple[float, Floats]:
+def _side(side: Around | Conical, condition: Condition, extent: float) -> Measured:
     """Of the side of a cylinder or a cone, its normal away from the axis.
 
     Strips lie between the axis and it, of which every point stands for one right outside: there an angle and a length
@@ -173,4 +329,5 @@ def _side(side: Around | Conical, condition: Condition, extent: float) -> tuple[
     turned = found.w * (patches.area(found.f, found.xi) * e).sum(axis=1) / off  # of the angle, times the length
     parts = (turned * (r + slope * along))[:, None] * (e - slope * a)
     area = 2.0 * mean * half * math.hypot(1.0, slope) * len(found.whole) + float(np.linalg.norm(parts, axis=1).sum())
-    return area, whole.sum(axis=0) + parts.sum(axis=0)
+    vector = whole.sum(axis=0) + parts.sum(axis=0)
+    return area, vector, float(root @ vector) + r * area / math.hypot(1.0, slope)

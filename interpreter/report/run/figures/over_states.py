@@ -14,7 +14,7 @@ from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.findings import Findings, MetricColumn
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
-from softmark.interpreter.results.states import ANSWERED, Curve, percent
+from softmark.interpreter.results.states import ANSWERED, Curve, Moment, percent
 from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
 
@@ -83,9 +83,11 @@ class _Metric:
             low, high, margin = 0.0, 0.0, 1.0
         first, last = min(self.states), max(self.states)
         wide = last - first or 1.0
-        across = linear(100.0 * first - 2.0 * wide, 100.0 * last + 2.0 * wide, "state / %", "1", 6)
-        ticks = tuple((value / 100.0, words) for value, words in across.ticks)
-        x = Axis(first - 0.02 * wide, last + 0.02 * wide, "state / %", ticks)
+        timed = isinstance(self.states[-1], Moment)
+        label, unit = ("time / s", 1.0) if timed else ("state / %", 100.0)
+        across = linear(unit * (first - 0.02 * wide), unit * (last + 0.02 * wide), label, "1", 6)
+        ticks = tuple((value / unit, words) for value, words in across.ticks)
+        x = Axis(first - 0.02 * wide, last + 0.02 * wide, label, ticks)
         return x, linear(low - (margin if low else 0.0), high + margin, self.metric.name, self.metric.unit, 6)
 
     def _said(self, value: float) -> str:

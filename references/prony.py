@@ -1,0 +1,211 @@
+"""A straight bar whose stress relaxes by a Prony series, pulled along its axis: closed forms of every course."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.centre_line import points_of
+from softmark.references.reference import About, Reference
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.deferred import np
+
+ROUNDING = 1e-12  # relative, of a displacement: poles are roots of a polynomial
+PANELS, POINTS = 12, 10  # in which a dissipated energy is integrated between two breaks of a course
+NARROWS = 0.3  # of a panel, what the one before it is: towards a break rates are large
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A course between two times, s: its slope is Re(a exp(i w (t - begin))), 1/s; w = 0 of a straight line."""
+
+    begin: float
+    end: float
+    a: complex
+    w: float = 0.0
+
+    def left(self, rate: float, t: float) -> float:
+        """int exp(-rate (t - s)) dc over what has passed of it at time t."""
+        passed = min(self.end, t) - self.begin
+        if passed <= 0.0:
+            return 0.0
+        p = complex(rate, self.w)
+        since = t - self.begin
+        if abs(p) * passed < 1e-9:  # as long as nothing relaxes
+            return (self.a * passed * (1.0 - 0.5 * p * passed)).real * math.exp(-rate * (since - passed))
+        late = cmath.exp(complex(-rate * (since - passed), self.w * passed)) - math.exp(-rate * since)
+        return (self.a * late / p).real
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What drives a bar: jumps (time s, share), and what it does between them."""
+
+    jumps: Sequence[tuple[float, float]]
+    swings: Sequence[Swing]
+
+    def left(self, rate: float, t: float) -> float:
+        """int exp(-rate (t - s)) dc(s) up to time t, jumps at t among it; for rate = 0 the share itself."""
+        jumped = sum(size * math.exp(-rate * (t - at)) for at, size in self.jumps if at <= t)
+        return jumped + sum(swing.left(rate, t) for swing in self.swings)
+
+    def breaks(self, t: float) -> list[float]:
+        """Where it is not smooth up to time t, s."""
+        found = {0.0, t, *(at for at, _ in self.jumps), *(at for s in self.swings for at in (s.begin, s.end))}
+        for swing in self.swings:
+            if swing.w:
+                quarter = 0.5 * math.pi / swing.w
+                found |= {swing.begin + quarter * i for i in range(1, int((min(t, swing.end) - swing.begin) / quarter))}
+        return sorted(at for at in found if 0.0 <= at <= t)
+
+
+@dataclass(frozen=True)
+class RelaxingBar:
+    """A bar in uniaxial stress, one end held: E(t) = E (1 - sum g (1 - exp(-t/tau))), nu constant. SI units.
+
+    Its end is moved (`force` false, `amount` in m) or pulled (in N) by the course `driven`, up to the time `now`.
+    Raises Refused where the bar is not of that kind.
+    """
+
+    length: float  # m
+    area: float  # m^2
+    root: Vector  # m, the centre of the held end
+    axis: Vector  # unit vector, from there to the moved one
+    still: Vector  # m, a point that does not move across the axis
+    young: float  # Pa, at once
+    poisson: float
+    g: tuple[float, ...]
+    tau: tuple[float, ...]  # s
+    force: bool
+    amount: float
+    driven: Driven
+    now: float  # s
+
+    def __post_init__(self) -> None:
+        if self.force and 1.0 - sum(self.g) < 1e-9:
+            raise Refused("all of its stress relaxes, and under a force it flows", "move its end, or leave some stress")
+        if len(set(self.tau)) < len(self.tau):
+            raise Refused("two terms of its series relax in the same time", "add their shares up")
+
+    @property
+    def _rates(self) -> Array:
+        return 1.0 / np.array(self.tau)
+
+    @cached_property
+    def _creep(self) -> tuple[Array, Array, Array]:
+        """Poles of the creep (k,), -1/s, what the strain has of each, and what the stress of each branch has (k, k)."""
+        a, g = self._rates, np.array(self.g)
+        product = np.polynomial.polynomial.polyfromroots
+        others = [product(-np.delete(a, i)) for i in range(len(a))]
+        N = (1.0 - g.sum()) * product(-a)
+        for gi, own in zip(g, others, strict=True):
+            N = np.polynomial.polynomial.polyadd(N, np.concatenate([[0.0], gi * own]))
+        value, slope = np.polynomial.polynomial.polyval, np.polynomial.polynomial.polyder(N)
+        r = np.polynomial.polynomial.polyroots(N).real
+        strain = value(r, product(-a)) / (r * value(r, slope))
+        branches = np.array([gi * value(r, own) / value(r, slope) for gi, own in zip(g, others, strict=True)])
+        return r, strain, branches
+
+    def strain_at(self, t: float) -> float:
+        """Along the axis."""
+        if not self.force:
+            return self.amount / self.length * self.driven.left(0.0, t)
+        r, strain, _ = self._creep
+        creep = self.driven.left(0.0, t) / (1.0 - sum(self.g))
+        creep += sum(c * self.driven.left(-p, t) for c, p in zip(strain, r, strict=True))
+        return self.amount / (self.area * self.young) * float(creep)
+
+    def branches_at(self, t: float) -> Array:
+        """The stress of each term (k,), Pa."""
+        if not self.force:
+            each = [g * self.driven.left(rate, t) for g, rate in zip(self.g, self._rates, strict=True)]
+            return self.young * self.amount / self.length * np.array(each)
+        r, _, branches = self._creep
+        found: Array = self.amount / self.area * (branches @ np.array([self.driven.left(-p, t) for p in r]))
+        return found
+
+    def stress_at(self, t: float) -> float:
+        """Along the axis, Pa."""
+        return self.young * (1.0 - sum(self.g)) * self.strain_at(t) + float(self.branches_at(t).sum())
+
+    @property
+    def pull(self) -> float:
+        """The force of its moved end now, N."""
+        return self.area * self.stress_at(self.now)
+
+    @property
+    def stored(self) -> float:
+        """Energy of all springs now, J."""
+        lasting = 0.5 * self.young * (1.0 - sum(self.g)) * self.strain_at(self.now) ** 2
+        springs = float((self.branches_at(self.now) ** 2 / np.array(self.g)).sum()) / (2.0 * self.young)
+        return self.area * self.length * (lasting + springs)
+
+    @cached_property
+    def dissipated(self) -> float:
+        """Since the start, J: int sum sigma_i^2 / (E g_i tau_i) dt, by Gauss's rule in panels that narrow to breaks."""
+        if self.now <= 0.0:
+            return 0.0
+        xi, w = np.polynomial.legendre.leggauss(POINTS)
+        total = 0.0
+        weights = 1.0 / (np.array(self.g) * np.array(self.tau) * self.young)
+        for begin, end in pairwise(self.driven.breaks(self.now)):
+            cuts = begin + (end - begin) * np.concatenate([[0.0], NARROWS ** np.arange(PANELS - 1, -1, -1.0)])
+            for a, b in pairwise(cuts.tolist()):
+                at = 0.5 * (a + b) + 0.5 * (b - a) * xi
+                rates = np.array([weights @ self.branches_at(t) ** 2 for t in at.tolist()])
+                total += 0.5 * (b - a) * float(w @ rates)
+        return self.area * self.length * total
+
+    @property
+    def estimated_error(self) -> float:
+        """Rounding of a displacement, m."""
+        return ROUNDING * abs(self.strain_at(self.now)) * self.length
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        points = points_of(X)
+        n, strain = np.asarray(self.axis), self.strain_at(self.now)
+        along = (points - np.asarray(self.root)) @ n
+        off = points - np.asarray(self.still)
+        across = off - (off @ n)[:, None] * n
+        found: Array = strain * (along[:, None] * n - self.poisson * across)
+        return found
+
+
+@dataclass(frozen=True)
+class Prony(Reference):
+    """A straight bar whose stress relaxes by a Prony series, in small strain: relaxation, creep, ramps and cycles.
+
+    E(t) = E (1 - sum g (1 - exp(-t / tau))) along the bar, Poisson's ratio constant. Its end is moved, and the force
+    follows by the hereditary integral of the course; or it is pulled, and the strain follows by the creep function,
+    whose poles are the roots of the Laplace transform of E(t). Ramps, smooth ones, swings, pulses and what acts at once
+    are integrated in closed form. Metrics `force`, `displacement`, `strain_energy` and `dissipation` may be held
+    against it. It takes a box, a cylinder or a tube of one `viscous(...)` material that relaxes as a whole, or whose
+    law has `poisson = 0.5`; one end face held along the axis alone, the other displaced along it or under a `traction`,
+    and a `quasistatic` analysis.
+    Source: Christensen (1982), "Theory of Viscoelasticity", chapter 1; Tschoegl (1989), "The Phenomenological Theory of
+    Linear Viscoelastic Behavior", chapter 3.
+    """
+
+    body: Annotated[Any, "body", "the bar"]
+
+    about: ClassVar[About] = "relaxing"
+    means: ClassVar[str] = "closed form"
+    source: ClassVar[str] = "Christensen 1982, Theory of Viscoelasticity, chapter 1"
+    error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
+
+    def solve(self, bar: RelaxingBar) -> RelaxingBar:
+        """What it says: the closed forms are those of the bar itself."""
+        return bar

@@ -1,0 +1,59 @@
+"""The eight-chain solid of Arruda and Boyce."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Array
+
+SERIES = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)  # of the inverse Langevin function
+
+
+@dataclass(frozen=True)
+class ArrudaBoyce(OfBarInvariants):
+    """Arruda and Boyce's rubber: a network of eight chains in a cube, the first five terms of its series.
+
+    psi = m sum_n C_n / limit^(2n - 2) (I^n - 3^n) + K/2 g(J)^2, I = J^(-2/3) tr F^T F and C = 1/2, 1/20, 11/1050,
+    19/7000, 519/673750. Chains are straight at I = 3 limit^2, where the series, unlike the chain, still gives way. The
+    shear modulus at rest is a little above m, by 3/(5 limit^2) of it and smaller terms.
+    Source: Arruda and Boyce (1993), "A three-dimensional constitutive model for the large stretch behavior of rubber
+    elastic materials", J. Mech. Phys. Solids 41:389.
+    """
+
+    m: Annotated[float, "Pa in (0, inf)", "modulus of the chains, n k T"]
+    limit: Annotated[float, "1 in (1, inf)", "stretch of a chain that is straight, lambda_m; 2 to 10 of rubber"]
+    second = False
+
+    @property
+    def rest_shear(self) -> float:
+        return 2.0 * float(self._derivative(1, 0.0))
+
+    def energy(self, i: Array, k: Array) -> Array:
+        total: Array = 0.0 * i
+        for n, c in self._terms():  # (3 + i)^n - 3^n = i ((3 + i)^(n-1) + 3 (3 + i)^(n-2) + ... + 3^(n-1))
+            total = total + c * sum(3.0**q * (3.0 + i) ** (n - 1 - q) for q in range(n))
+        return i * total
+
+    def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        return self._derivative(1, i), None
+
+    def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        return self._derivative(2, i), None, None
+
+    def _terms(self) -> list[tuple[int, float]]:
+        """n and m C_n / limit^(2n - 2), Pa."""
+        return [(n, self.m * c / self.limit ** (2 * n - 2)) for n, c in enumerate(SERIES, 1)]
+
+    def _derivative(self, order: int, i: Number) -> Number:
+        """dW/di, or its derivative, by Horner's rule."""
+        total: Number = 0.0 * i
+        for n, c in reversed(self._terms()):
+            factor = n if order == 1 else n * (n - 1)
+            total = total * (3.0 + i) + factor * c
+            if n == order:
+                return total
+        return total

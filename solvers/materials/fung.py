@@ -1,0 +1,42 @@
+"""The isotropic exponential solid of Fung and Demiray."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class Fung(OfBarInvariants):
+    """Soft tissue that turns stiff exponentially, without a direction of its own (Fung and Demiray).
+
+    psi = mu/(2 b) (exp(b i) - 1) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3
+    Source: Demiray (1972), "A note on the elasticity of soft biological tissues", J. Biomech. 5:309; Fung (1967),
+    Am. J. Physiol. 213:1532.
+    """
+
+    mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]
+    b: Annotated[float, "1 in (0, inf)", "how fast it turns stiff; 0.5 to 20 of soft tissue"]
+    second = False
+
+    @property
+    def rest_shear(self) -> float:
+        return self.mu
+
+    def energy(self, i: Array, k: Array) -> Array:
+        return 0.5 * self.mu / self.b * np.expm1(self.b * i)
+
+    def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        return 0.5 * self.mu * np.exp(self.b * i), None
+
+    def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        return 0.5 * self.mu * self.b * np.exp(self.b * i), None, None

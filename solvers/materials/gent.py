@@ -1,0 +1,47 @@
+"""The solid of Gent."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class Gent(OfBarInvariants):
+    """Gent's rubber: chains that are straight at a limit, near which the solid turns rigid.
+
+    psi = -mu/2 limit ln(1 - i/limit) + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3 < limit
+    The limit is that of its domain: the energy beyond is infinite, and no such state is ever tried. In a pull
+    t^2 + 2/t - 3 = limit is the largest stretch t; without a limit it is neo-Hookean.
+    Source: Gent (1996), "A new constitutive relation for rubber", Rubber Chem. Technol. 69:59.
+    """
+
+    mu: Annotated[float, "Pa in (0, inf)", "shear modulus of the undeformed solid"]
+    limit: Annotated[float, "1 in (0, inf)", "what J^(-2/3) tr F^T F - 3 stays below, J_m; 30 to 100 of rubber"]
+    second = False
+
+    @property
+    def rest_shear(self) -> float:
+        return self.mu
+
+    def energy(self, i: Array, k: Array) -> Array:
+        return np.where(i < self.limit, -0.5 * self.mu * self.limit * np.log1p(-i / self.limit), np.inf)
+
+    def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        return 0.5 * self.mu / self._left(i), None
+
+    def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        return 0.5 * self.mu / (self.limit * self._left(i) ** 2), None, None
+
+    def _left(self, i: Array) -> Array:
+        """1 - i/limit; NaN at the limit and beyond."""
+        return np.where(i < self.limit, 1.0 - i / self.limit, np.nan)

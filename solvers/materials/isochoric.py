@@ -1,0 +1,122 @@
+"""Hyperelastic laws whose change of shape and change of volume are apart: psi = W(J^(-1/3) F) + K/2 g(J)^2.
+
+To add one: a dataclass with its constants on `OfBarInvariants` (bar_invariants.py), which has W of the first two
+invariants, or on `OfStretches` (stretches.py), which has W of principal stretches, and one line in MATERIALS. Young's
+modulus and Poisson's ratio at rest, parts for selective integration and for pressures, and g follow.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.ranges import Unfit
+from softmark.records import dataclass
+from softmark.solvers.materials.constraints import LogarithmicVolume, OfVolume, ReciprocalVolume, VolumeRatio
+from softmark.solvers.materials.invariants import OfInvariants
+from softmark.solvers.materials.isotropic import Isotropic, is_array, within
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constraints import Constraint
+    from softmark.solvers.materials.law import Array, Law
+else:
+    from softmark.solvers.base.deferred import np
+
+LATER: Any = None  # a number once the object is made
+VOLUMETRIC: dict[str, type[OfVolume]] = {
+    "squared": VolumeRatio,
+    "logarithmic": LogarithmicVolume,
+    "reciprocal": ReciprocalVolume,
+}
+
+
+@dataclass(frozen=True)
+class Isochoric(Isotropic):
+    """A hyperelastic solid with shape and volume apart.
+
+    What resists a change of volume is said by Poisson's ratio at rest, 0.5 for none, or by the bulk modulus in its
+    place, one of the two. Young's modulus at rest follows from the constants.
+    """
+
+    young: float = field(init=False, repr=False, compare=False)
+    poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio at rest, or `bulk` in its place"] = field(
+        default=LATER, kw_only=True
+    )
+    density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"] = field(kw_only=True)
+    bulk: Annotated[float | None, "Pa in (0, inf)", "bulk modulus at rest, in place of `poisson`"] = field(
+        default=None, kw_only=True
+    )
+    volumetric: Annotated[
+        Literal["squared", "logarithmic", "reciprocal"],
+        "energy of a change of volume: K/2 g^2 with g = J - 1, ln J or (J - 1/J)/2",
+    ] = field(default="squared", kw_only=True)
+    varying = ("density",)  # type: ignore[assignment]
+    either = (("poisson", "bulk"),)  # of each of these fields a scene gives exactly one
+
+    powerless = ("", "the solid has no shear modulus at rest", "nothing resists", "constants must resist a small shear")
+
+    @property
+    @abstractmethod
+    def rest_shear(self) -> float:
+        """The shear modulus of the undeformed solid, Pa, by the constants of the law."""
+
+    @abstractmethod
+    def with_bulk(self, modulus: Any) -> Law:
+        """The law with a bulk modulus in Pa."""
+
+    def __post_init__(self) -> None:
+        """Young's modulus follows, and where there is `bulk`, Poisson's ratio. Raises ValueError without either."""
+        mu, nu = self.rest_shear, self.poisson
+        if nu is None and self.bulk is None:
+            raise ValueError(f"{type(self).__name__} needs `poisson` or `bulk`")
+        if not np.all(mu > 0.0) if is_array(mu) else not mu > 0.0:
+            raise Unfit(*self.powerless)
+        if self.bulk is not None:
+            nu = (3.0 * self.bulk - 2.0 * mu) / (6.0 * self.bulk + 2.0 * mu)
+            object.__setattr__(self, "poisson", nu)
+        object.__setattr__(self, "young", 2.0 * mu * (1.0 + nu))
+
+    @property
+    def constraint(self) -> OfVolume:
+        """g."""
+        return VOLUMETRIC[self.volumetric]()
+
+    def finite_law(self) -> Law | None:
+        """All of it."""
+        return self.with_bulk(self.bulk_modulus)
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """The shape keeps 5 mu/3 of K, as much as at nu = 1/4: without any it would be unstable in tension."""
+        kept = (2.0 / 3.0 + within(-1.0, self._ratio, 1.0)) * self.shear_modulus
+        return self.with_bulk(kept), Swelling(self.constraint, self.bulk_modulus - kept)
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """The shape keeps `local_lambda` for lam."""
+        return self.with_bulk(self.local_lambda + 2.0 / 3.0 * self.shear_modulus), self.constraint
+
+
+@dataclass(frozen=True)
+class Swelling(OfInvariants):
+    """K/2 g(J)^2 alone; `modulus` is K in Pa."""
+
+    constraint: OfVolume
+    modulus: Any
+
+    def energy(self, stretch: Array, j: Array) -> Array:
+        g = self.constraint.of(j)[0]
+        return np.where(j > -1.0, 0.5 * self.modulus * g * g, np.inf)
+
+    def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
+        return np.zeros_like(j), self.modulus * resisting(self.constraint, j)[0]
+
+    def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
+        return None, self.modulus * resisting(self.constraint, j)[1]
+
+
+def resisting(constraint: OfVolume, j: Array) -> tuple[Array, Array]:
+    """The first two derivatives of g^2/2 by J (m,), of j = J - 1."""
+    g, first, second = constraint.of(j)
+    return g * first, first * first if second is None else first * first + g * second

@@ -1,0 +1,39 @@
+"""The Mooney-Rivlin solid."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Array
+
+
+@dataclass(frozen=True)
+class MooneyRivlin(OfBarInvariants):
+    """Mooney-Rivlin rubber: neo-Hooke and a part that turns soft as the solid is stretched.
+
+    psi = c1 (J^(-2/3) I1 - 3) + c2 (J^(-4/3) I2 - 3) + K/2 g(J)^2, I1 and I2 the invariants of F^T F; mu = 2 (c1 + c2)
+    With c2 = 0 and `volumetric = squared` it is `neo_hookean_isochoric`. For rubber to stretches of about 2 to 3; c2
+    that is fitted to a pull alone makes other states far too stiff, and it must not be negative.
+    Source: Mooney (1940), J. Appl. Phys. 11:582; Rivlin (1948), Phil. Trans. R. Soc. A 241:379; Holzapfel, "Nonlinear
+    Solid Mechanics" (2000), section 6.5.
+    """
+
+    c1: Annotated[float, "Pa in (0, inf)", "constant of the first invariant; the shear modulus is 2 (c1 + c2)"]
+    c2: Annotated[float, "Pa in [0, inf)", "constant of the second invariant"]
+
+    @property
+    def rest_shear(self) -> float:
+        return 2.0 * (self.c1 + self.c2)
+
+    def energy(self, i: Array, k: Array) -> Array:
+        return self.c1 * i + self.c2 * k
+
+    def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        return self.c1, self.c2
+
+    def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        return None, None, None

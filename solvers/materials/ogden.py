@@ -1,0 +1,64 @@
+"""The solid of Ogden."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.ranges import Unfit
+from softmark.records import dataclass
+from softmark.solvers.materials.stretches import OfStretches
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class Ogden(OfStretches):
+    """Ogden's rubber: powers of the principal stretches, as many terms as there are constants.
+
+    psi = sum_n mu_n/alpha_n (t1^alpha_n + t2^alpha_n + t3^alpha_n - 3) + K/2 g(J)^2, t_a = J^(-1/3) times the stretches
+    The shear modulus is the sum of mu_n alpha_n / 2. Others write it with 2 mu_n/alpha_n^2: their mu_n is alpha_n/2
+    times this one. alpha = 2 alone is neo-Hookean, and [2, -2] is Mooney-Rivlin. Terms whose mu_n alpha_n is negative
+    may take its resistance away at some stretch.
+    Source: Ogden (1972), "Large deformation isotropic elasticity", Proc. R. Soc. Lond. A 326:565; in isochoric form
+    Holzapfel, "Nonlinear Solid Mechanics" (2000), section 6.5.
+    """
+
+    mu: Annotated[tuple[float, ...], "each of Pa", "constants of the terms, mu_n"]
+    alpha: Annotated[tuple[float, ...], "each of 1", "powers of the terms, alpha_n, as many"]
+    powerless = (
+        "mu", "the sum of mu_n alpha_n is not positive", "no shear modulus at rest",
+        "mu_n and alpha_n of a term have one sign, or others outweigh it",
+    )  # fmt: skip
+
+    @property
+    def rest_shear(self) -> float:
+        if len(self.mu) != len(self.alpha):
+            raise Unfit("alpha", f"there are {len(self.mu)} constants `mu` and {len(self.alpha)} powers `alpha`",
+                        "not as many", "each term has one of both")  # fmt: skip
+        if 0.0 in self.alpha:
+            raise Unfit("alpha", "a power of 0 is no term", "this is 0", "leave the term out")
+        return 0.5 * sum(m * a for m, a in self._terms)
+
+    @property
+    def _terms(self) -> list[tuple[float, float]]:
+        return list(zip(self.mu, self.alpha, strict=True))
+
+    def energy(self, e: Array) -> Array:
+        return sum(m / a * np.expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
+
+    def slope(self, e: Array) -> Array:
+        return sum(m * np.expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
+
+    def curvature(self, e: Array) -> Array:
+        return sum(m * a * np.exp(a * e) for m, a in self._terms)  # type: ignore[return-value]
+
+    def quotient(self, m: Array, d: Array) -> Array:
+        same, apart = d == 0.0, np.sinh(d)
+        return sum(  # type: ignore[return-value]
+            c * np.exp(a * m) * np.where(same, a, np.sinh(a * d) / np.where(same, 1.0, apart)) for c, a in self._terms
+        )

@@ -1,0 +1,42 @@
+"""The solid of Veronda and Westmann."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class VerondaWestmann(OfBarInvariants):
+    """Skin that turns stiff exponentially (Veronda and Westmann), often taken for the breast and the liver.
+
+    psi = c (exp(a i) - 1) - c a/2 k + K/2 g(J)^2, i = J^(-2/3) I1 - 3, k = J^(-4/3) I2 - 3; mu = c a
+    Its part of k is negative, so it is not polyconvex: stretched in all directions of a plane, or twisted, a small `a`
+    loses resistance.
+    Source: Veronda and Westmann (1970), "Mechanical characterization of skin: finite deformations", J. Biomech. 3:111.
+    """
+
+    c: Annotated[float, "Pa in (0, inf)", "constant of the exponential; the shear modulus is c a"]
+    a: Annotated[float, "1 in (0, inf)", "how fast it turns stiff"]
+
+    @property
+    def rest_shear(self) -> float:
+        return self.c * self.a
+
+    def energy(self, i: Array, k: Array) -> Array:
+        return self.c * np.expm1(self.a * i) - 0.5 * self.c * self.a * k
+
+    def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        return self.c * self.a * np.exp(self.a * i), -0.5 * self.c * self.a
+
+    def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        return self.c * self.a**2 * np.exp(self.a * i), None, None

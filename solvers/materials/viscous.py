@@ -1,0 +1,47 @@
+"""A solid that forgets: the stress of an elastic law relaxes by a sum of exponentials (a Prony series)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Viscous:
+    """Finite linear viscoelasticity: any elastic law, whose stress relaxes by a Prony series.
+
+    S(t) = S_rest + G(t) S0(0) + int_0^t G(t - s) dS0/ds ds,  G(t) = 1 - sum_i g_i (1 - exp(-t / tau_i))
+
+    `law` is what the solid is when nothing has had time to relax; after a long time 1 - sum(g) of it is left. S is the
+    second Piola-Kirchhoff stress, so that rotations change nothing; where strains are small it is the stress itself.
+    `of = shape` relaxes the stress of the change of shape alone, and the bulk modulus stays: of `neo_hookean_isochoric`
+    and of any law in small strain. `of = whole` relaxes all of it, at a constant Poisson's ratio.
+
+    One term is Zener's solid (the standard linear solid) and, with g = 1, Maxwell's fluid; Kelvin and Voigt's is what a
+    term comes to whose tau is far below all times that matter: with a law 1 / (1 - g) times as stiff it creeps with the
+    retardation time tau / (1 - g). With a law whose stress grows exponentially it is Fung's quasi-linear theory.
+
+    Dissipated energy is the work of internal forces less what the springs of the series store. In small strain it is
+    exact. In finite strain no energy belongs to this law for every motion (it is the stress that is given): a spring
+    is taken to store what the law does under the same stress, which is exact for whatever is strained at once.
+    Source: Simo (1987), "On a fully three-dimensional finite-strain viscoelastic damage model", Comput. Methods Appl.
+    Mech. Eng. 60:153; Puso and Weiss (1998), J. Biomech. Eng. 120:62; Fung (1993), "Biomechanics", section 7.6.
+    """
+
+    law: Annotated[Any, "material", "the elastic solid that it is before anything relaxes"]
+    g: Annotated[Any, "values of 1 in [0, 1]", "the shares of the stress that relax, at most 1 in all"]
+    tau: Annotated[Any, "values of s in (0, inf)", "the times in which they do, one for each share"]
+    of: Annotated[Literal["shape", "whole"], "what relaxes: the stress of shape alone, or all of it"] = "shape"
+
+    def __getattr__(self, name: str) -> Any:
+        """Whatever else is asked of a material: of the elastic solid."""
+        if name.startswith("__") or name == "law":
+            raise AttributeError(name)
+        return getattr(self.law, name)
+
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:
+        """Share and time, s, of every term that has some."""
+        pairs = zip(self.g.values, self.tau.values, strict=False)
+        return tuple((g, tau) for g, tau in pairs if g > 0.0)

@@ -1,0 +1,40 @@
+"""The solid of Yeoh."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Array
+
+
+@dataclass(frozen=True)
+class Yeoh(OfBarInvariants):
+    """Yeoh's rubber: a cubic of the first invariant, for one that turns soft and then stiff.
+
+    psi = c1 i + c2 i^2 + c3 i^3 + K/2 g(J)^2, i = J^(-2/3) tr F^T F - 3; mu = 2 c1
+    Fitted to a pull it is near in other states too. c2 is often negative; where c1 + 2 c2 i + 3 c3 i^2 is not positive
+    it has no resistance left.
+    Source: Yeoh (1993), "Some forms of the strain energy function for rubber", Rubber Chem. Technol. 66:754.
+    """
+
+    c1: Annotated[float, "Pa in (0, inf)", "constant of the first power; the shear modulus is 2 c1"]
+    c2: Annotated[float, "Pa", "constant of the second power"] = 0.0
+    c3: Annotated[float, "Pa", "constant of the third power"] = 0.0
+    second = False
+
+    @property
+    def rest_shear(self) -> float:
+        return 2.0 * self.c1
+
+    def energy(self, i: Array, k: Array) -> Array:
+        return i * (self.c1 + i * (self.c2 + i * self.c3))
+
+    def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
+        return self.c1 + i * (2.0 * self.c2 + i * (3.0 * self.c3)), None
+
+    def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
+        return 2.0 * self.c2 + i * (6.0 * self.c3), None, None

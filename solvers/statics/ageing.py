@@ -1,0 +1,101 @@
+"""Equilibria of what remembers, one after another: each is a problem of statics, for the energies of a step in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field, replace
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.loads import Share
+from softmark.solvers.energies.remembering import Memory
+from softmark.solvers.statics.equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
+
+Remembers = Memory | Energy  # of each internal energy: its memory, or itself where it has none
+
+
+@dataclass(frozen=True)
+class Instant:
+    """What acts at a time, s: shares of every load (l,), and what supports impose (c,), m."""
+
+    time: float
+    shares: tuple[float, ...]
+    target: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Aged:
+    """A state in time: `x` at `time`, the memories of its energies, and works since the start, J.
+
+    `work` is that of internal forces, `times` and `states` are those of all steps so far, jumps among them twice.
+    """
+
+    x: Floats
+    time: float
+    parts: tuple[Remembers, ...]
+    forces: Floats
+    work: float = 0.0
+    times: tuple[float, ...] = ()
+    states: tuple[Floats, ...] = ()
+    losses: tuple[float, ...] = ()  # dissipated up to each of them, J
+    history: tuple[Iteration, ...] = field(default=(), repr=False)
+    found: Equilibrium | None = None  # the last, with the problem that it solves
+    problem: Statics | None = None
+
+    @property
+    def memories(self) -> tuple[Memory, ...]:
+        """Of the energies that have one."""
+        return tuple(part for part in self.parts if isinstance(part, Memory))
+
+    @property
+    def stored(self) -> float:
+        """Energy of all springs, J."""
+        whole = (part.energy if isinstance(part, Memory) else part for part in self.parts)
+        return float(sum(e.value(self.x) for e in whole)) + sum(m.stored for m in self.memories)
+
+    @property
+    def dissipated(self) -> float:
+        """Since the start, J."""
+        return sum(m.dissipated for m in self.memories)
+
+
+def begun(problem: Statics, parts: Sequence[Remembers]) -> Aged:
+    """The state of rest before anything acts."""
+    return Aged(problem.rest, 0.0, tuple(parts), np.zeros(problem.assembly.dofs))
+
+
+def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
+    """The equilibrium at a later time, or at the same after a jump. Raises NotConverged."""
+    h = max(0.0, to.time - before.time)
+    internal = [part.over(h) if isinstance(part, Memory) else part for part in before.parts]
+    loads = [Share(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
+    start = before.x if before.times else None
+    step = replace(problem, assembly=problem.assembly.acting(internal, loads), target=to.target, start=start, twin=None)
+    found = equilibrium(step)
+    x = found.x
+    parts = tuple(part.accepted(x, h) if isinstance(part, Memory) else part for part in before.parts)
+    forces = np.zeros(problem.assembly.dofs)
+    for energy in internal:
+        energy.add_gradient(x, forces)
+    if h > 0.0:
+        work = 0.5 * float((before.forces + forces) @ (x - before.x))
+    else:  # at once it is elastic, and has an energy
+        work = sum(e.value(x) - e.value(before.x) for e in internal)
+    after = replace(before, x=x, time=to.time, parts=parts, forces=forces, work=before.work + work, found=found,
+                    problem=step, history=before.history + found.history)  # fmt: skip
+    lost = after.dissipated
+    return replace(after, times=(*before.times, to.time), states=(*before.states, x), losses=(*before.losses, lost))
+
+
+def followed(problem: Statics, before: Aged, instants: Sequence[Instant]) -> Aged:
+    """All of these, one after another. Raises NotConverged, which says when."""
+    for to in instants:
+        try:
+            before = aged(problem, before, to)
+        except NotConverged as failure:
+            reason = f"at {to.time:.6g} s: {failure.reason}"
+            raise NotConverged(reason, before.history + failure.history, failure.facts, failure.unstable,
+                               failure.loose) from failure  # fmt: skip
+    return before
