@@ -18,7 +18,12 @@ from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from softmark.interpreter.results.report import SeenCurve
+
+    Floats = NDArray[np.float64]
 
 WIDTH, HEIGHT = 640.0, 300.0
 ROWS = 60  # of the table of numbers
@@ -68,7 +73,7 @@ class _Measured:
         d, (low, high) = self.drawn, self.judged
         near = [i for i, x in enumerate(d.x.tolist()) if low <= x <= high]
         near = sorted({*near, *(min(max(i, 0), len(d.x) - 1) for i in (near[0] - 1, near[-1] + 1))}) if near else []
-        u = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
+        u: Floats = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
         each = {"": d.y, " + uncertainty": d.y + u, " − uncertainty": d.y - u}
         if self.agreed:
             low, high = d.band or (d.y - u, d.y + u)
