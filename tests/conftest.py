@@ -57,8 +57,8 @@ BROAD = {
     "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
     "tapered-shafts", "triangular-bar", "carved-bodies", "graded-wall", "given-back", "line-of-force",
     "rubber-vessels", "spherical-inclusion", "plate-with-a-hole", "rigid-frames", "ringing-cylinder",
-    "relaxing-bars", "relaxing-rubber", "zener-bar",
-    "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections",
+    "heart-beam", "ventricle-inflated", "ventricle-contracting", "relaxing-bars", "relaxing-rubber", "zener-bar",
+    "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections", "one-point",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB

@@ -194,6 +194,7 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         not in (
             "",
             ".arc",
+            ".bowls",
             ".combined",
             ".cuts",
             ".divisions",

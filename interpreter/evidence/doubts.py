@@ -27,6 +27,8 @@ DOUBTS: dict[str, str] = {
     "W361": "the integrator has taken much of the energy",
     "W362": "the step does not resolve the slowest vibration",
     "W364": "its mesh has slivers",
+    "W365": "its supports hold a width that it lets go",
+    "W366": "its law gives way in the state that it found",
     "W371": "its mesh does not carry the load that is asked for",
     "W372": "where a load ends was not followed everywhere",
     "W375": "its supports hold another part than they select",

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.evidence import reaction_check
+from softmark.interpreter.evidence import reaction_check, softening
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
@@ -55,7 +55,8 @@ def watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
     facts = facts | {"checks": clean(found)}
     if reason is not None:
         return _refused(replace(solution, facts=facts), reason)
-    notes = (*solution.notes, *_folded(declared, solution, found), *_unseen(declared, found))
+    notes = (*solution.notes, *_folded(declared, solution, found), *softening.said(declared, found),
+             *_unseen(declared, found))  # fmt: skip
     return replace(solution, facts=facts, notes=notes)
 
 

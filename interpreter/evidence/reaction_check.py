@@ -106,12 +106,13 @@ def _measures(carried: Carried, known: Mapping[str, Reaction], residual: float) 
     A load counts by the sizes of its forces at nodes: a pressure all around comes to no force, and is none the less.
     """
     per_length = 1.0 / np.array([1.0, 1.0, 1.0, *[carried.extent] * 3])
-    sizes = [float(np.linalg.norm(f * per_length, axis=1).sum()) for f in carried.loads.values()]
+    acting = [*carried.loads.values(), *([] if carried.pulling is None else [carried.pulling])]
+    sizes = [float(np.linalg.norm(f * per_length, axis=1).sum()) for f in acting]
     forces = (float(np.linalg.norm(r.force)) for r in known.values())
     moments = (float(np.linalg.norm(r.own_moment)) / carried.extent for r in known.values())
     scale = max((*sizes, *forces, *moments), default=0.0)
     left, n = carried.left * per_length, len(carried.left)
-    norms = [np.linalg.norm(left), *(np.linalg.norm(f * per_length) for f in carried.loads.values())]
+    norms = [np.linalg.norm(left), *(np.linalg.norm(f * per_length) for f in acting)]
     rounding = ROUNDING * EPS * float(np.linalg.norm(left, axis=1).sum() + sum(sizes))
     return scale, EXACT * scale + AGREES * residual * float(np.sqrt(n) * max(norms)) + rounding
 

@@ -79,7 +79,8 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
     from softmark.interpreter.evidence.stress_limits import limitless
 
     if prepared.mesh is None and view.stress is not None:
-        yield from _beside_ends(metric, view, thing)
+        if not thing.even:
+            yield from _beside_ends(metric, view, thing)
         return
     place = limitless(metric.thing, view.case, prepared.mesh, view.probes[metric.thing.probe].points)
     if place and view.stress is not None:

@@ -28,6 +28,7 @@ CATALOGUE = Vocabulary(
         "metric": ("interpreter.metrics", "METRICS"),
         "published": ("interpreter.vocabulary", "PUBLISHED"),
         "course": ("interpreter.vocabulary", "COURSES"),
+        "fibres": ("interpreter.vocabulary.fibres", "FIBRES"),
         "field": ("interpreter.vocabulary.fields", "FIELDS"),
         "stiffness": ("interpreter.models.springs.words", "STIFFNESSES"),
         "study": ("interpreter.vocabulary", "STUDIES"),

@@ -210,7 +210,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in case.supports)
-    away = case.analysis.disturbed != "none"
+    away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 
@@ -229,7 +229,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for model, case in _cases(scene, "model"):
         if case.shape.fault or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
             continue  # of what is no body, no more is said
-        unfit = [*plane.model(model, case), *_wired(model, case)]
+        unfit = [*plane.model(model, case), *_wired(model, case), *_with_fibres(model, case)]
         yield from unfit
         if unfit:
             continue
@@ -251,6 +251,14 @@ def _wired(worker: Declared, case: Case) -> Iterator[Diagnostic]:
         from softmark.interpreter.front import networks
 
         yield from (networks.model if worker.kind == "model" else networks.reference)(worker, case)
+
+
+def _with_fibres(model: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Of a material that knows directions, and a model that does not."""
+    if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
+        from softmark.interpreter.problem import directed
+
+        yield from directed.model(model, case)
 
 
 def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
@@ -408,6 +416,14 @@ def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield from ask(scene)
 
 
+def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Materials that know directions: nothing is imported for scenes without any."""
+    if any(getattr(declared.thing, "directed", False) for declared in scene.of_kind("material").values()):
+        from softmark.interpreter.problem import directed
+
+        yield from directed.materials(scene)
+
+
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """What nothing asks for; not worth saying while something else is wrong."""
     if not any(d.severity == "error" for d in found):
@@ -418,9 +434,8 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
-    _bodies, _regions, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics, _comparisons,
-    _curves, _courses,
-    _published, _expectations, _use,
+    _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
+    _comparisons, _curves, _courses, _published, _expectations, _use,
 )  # fmt: skip
 
 

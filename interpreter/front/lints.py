@@ -56,8 +56,8 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
 
 def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
-        young = material.young
-        if not isinstance(young, float | int):  # it varies in space
+        young = None if getattr(material, "directed", False) else material.young
+        if not isinstance(young, float | int):  # it varies in space, or has none
             continue
         if young < SOFTEST:
             help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
@@ -68,6 +68,18 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
         yield diagnostic(
             "W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid", "off by far", help
         )
+
+
+def _convexities(scene: Scene) -> Iterator[Diagnostic]:
+    """Constants by which a law of finite strain gives way somewhere, in a scene that asks for such a law."""
+    if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
+        return
+    for material, at in _materials(scene):
+        if (known := getattr(material, "gives_way", None)) is not None:
+            field, why = known
+            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "it gives way somewhere",
+                             "where it does is looked for after every answer (W366); `neo_hookean_isochoric` and "
+                             "`stable_neo_hookean` never do")  # fmt: skip
 
 
 def _pascals(young: float) -> str:
@@ -153,6 +165,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _gravities, _registered, _courses, _settled,
+    _densities, _stiffnesses, _convexities, _gravities, _registered, _courses, _settled,
     _mirrored,
 )  # fmt: skip

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
-from softmark.interpreter.language import sweeps
+from softmark.interpreter.language import sweeps, units
 from softmark.interpreter.language.expressions import COORDINATES, Place, Quantity, VectorValue, describe
 from softmark.interpreter.language.schema import Constructor, Field
 from softmark.ranges import Unfit
@@ -146,10 +146,12 @@ class FieldsOf:
         """Whether it is a field: a call that makes one, or the name of one that is declared."""
         if isinstance(part, tree.Call):
             return part.function.text in self.binder.vocabulary.get("field", {})
-        if not isinstance(part, tree.Name):
-            return False
+        return isinstance(part, tree.Name) and self.names(part, "field")
+
+    def names(self, part: tree.Name, kind: str) -> bool:
+        """Whether it is the name of a declaration of a kind."""
         symbol = self.binder.compiler.table.symbols.get(self.binder.module.prefix + part.text)
-        return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == "field"
+        return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == kind
 
     def made(self, part: tree.Expression) -> Any:
         """The field itself. Raises Bad."""
@@ -172,6 +174,28 @@ def profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -
     return found
 
 
+def fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+    """A direction, three expressions of the coordinates that make one, or a rule. Raises Bad."""
+    declared = FieldsOf(binder, place)
+    if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.names(node, "fibres")):
+        return binder.value(replace(field, form="value"), node, place)
+    if not (isinstance(node, tree.Vector) and declared.vary(node)):
+        return binder.value(replace(field, form="direction"), node, place)
+    if len(node.items) != 3 or node.unit is not None:
+        raise binder.wrong(field, node, place)
+    from softmark.interpreter.language import profile_syntax
+    from softmark.interpreter.language.profiles import Streams
+
+    evaluator = binder.compiler.scope.evaluator(binder.module, place)
+    parts = [profile_syntax.profile(item, evaluator, declared, field) for item in node.items]
+    for item, part in zip(node.items[1:], parts[1:], strict=True):
+        if part.dimension != parts[0].dimension:
+            raise place.fail("E204", item.span, "the components of a direction are of one dimension",
+                             f"not {units.named(parts[0].dimension)}", "write zero with its unit: `(-y, x, 0 mm)`"
+                             )  # fmt: skip
+    return Streams((parts[0], parts[1], parts[2]))
+
+
 FORMS: Mapping[str, Read] = {
     "amount": amount,
     "amounts": amounts,
@@ -184,6 +208,7 @@ FORMS: Mapping[str, Read] = {
     "vectors": vectors,
     "pairs": pairs,
     "each": each,
+    "fibres": fibres,
 }
 
 

@@ -76,6 +76,22 @@ class Profile:
         return self.said
 
 
+@dataclass(frozen=True)
+class Streams:
+    """The direction of three expressions of the coordinates, `(-y, x, 0 mm)`: of one dimension, of any length."""
+
+    components: tuple[Profile, Profile, Profile]
+
+    def at(self, X: Floats, read: Any = None) -> Floats:
+        """At points X (n, 3), m: (n, 3). Raises Unreadable where a field cannot be read."""
+        import numpy as np
+
+        return np.stack([part.values(X, read) for part in self.components], axis=1)
+
+    def __str__(self) -> str:
+        return f"({', '.join(map(str, self.components))})"
+
+
 def constant(value: float) -> Node:
     """A number."""
     return Node("number", value=value)

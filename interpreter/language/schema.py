@@ -44,6 +44,7 @@ Form = Literal[
     "vectors",
     "pairs",
     "each",
+    "fibres",
 ]
 
 
@@ -127,6 +128,7 @@ _EXPECTED = {
     "vectors": "a list of points such as `[(0, 0, 0), (0, 0, 1)] m`",
     "pairs": "a list of pairs of whole numbers such as `[(1, 2), (2, 3)]`",
     "each": "a quantity, or a list of as many as there are",
+    "fibres": "a direction such as `+x`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`",
 }
 
 
@@ -142,7 +144,7 @@ def plural(kind: str) -> str:
 
 _PLURALS = {
     "body": "bodies", "analysis": "analyses", "published": "published values", "stiffness": "stiffnesses",
-    "study": "studies",
+    "study": "studies", "fibres": "fibres",
 }  # fmt: skip
 
 
@@ -254,6 +256,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "text"}
     if base is int or int in get_args(base):
         return {"form": "integer", "interval": Interval.read(spec)}
+    if spec == "fibres":
+        return {"form": spec, "kind": spec}
     if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}
     if spec in ("body", "support", "load", "reference", "probe", "analysis", "metric", "model", "study"):

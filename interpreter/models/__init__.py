@@ -20,6 +20,7 @@ from typing import Any
 
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.springs.words import MassSpring
@@ -28,6 +29,7 @@ MODELS: dict[str, type[Any]] = {
     "fem": Fem,
     "beam6dof": Beam6Dof,
     "frame6dof": Frame6Dof,
+    "homogeneous": Homogeneous,
     "mass_spring": MassSpring,
     "modal": Modal,
     "pod": Pod,

@@ -12,6 +12,7 @@ from typing import Any
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
@@ -22,6 +23,7 @@ BUILDERS: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.build",
     Beam6Dof: "softmark.interpreter.models.beam.build",
     Frame6Dof: "softmark.interpreter.models.network.build",
+    Homogeneous: "softmark.interpreter.models.homogeneous.build",
     MassSpring: "softmark.interpreter.models.springs.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",

@@ -90,7 +90,7 @@ def untaken(scene: Scene) -> Iterator[Diagnostic]:
             case = case_for(scene, model)
         except Fault:
             continue
-        if not case.uniform:
+        if any(profiles(material) for material in case.materials):
             yield diagnostic("E328", model.at(),
                              f"`{model.name}` knows a material that is the same everywhere, and {varying(case)} in"
                              " space",

@@ -31,6 +31,10 @@ class Theory(Protocol):
 
 def problem_of(reference: Declared, case: Case) -> Any:
     """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if any(getattr(material, "directed", False) for material in case.materials):
+        from softmark.interpreter.problem.directed import must_be_isotropic
+
+        must_be_isotropic(reference, case)
     for bed in case.beds:
         problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
         raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")

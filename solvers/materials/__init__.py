@@ -13,12 +13,17 @@ from collections import ChainMap
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from softmark.solvers.materials.active import Active
 from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.drag import Drag
 from softmark.solvers.materials.fung import Fung
+from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
 from softmark.solvers.materials.gent import Gent
+from softmark.solvers.materials.guccione import Guccione
+from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
+from softmark.solvers.materials.holzapfel_ogden import HolzapfelOgden
 from softmark.solvers.materials.isotropic import Isotropic
 from softmark.solvers.materials.law import Law, project
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -29,6 +34,7 @@ from softmark.solvers.materials.ogden import Ogden
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.materials.transversely_isotropic import TransverselyIsotropic
 from softmark.solvers.materials.veronda_westmann import VerondaWestmann
 from softmark.solvers.materials.viscous import Viscous
 from softmark.solvers.materials.yeoh import Yeoh
@@ -39,7 +45,7 @@ else:
     from softmark.solvers.base.deferred import np
 
 __all__ = [
-    "MATERIALS", "STRAINS", "WORDS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
+    "DIRECTED", "MATERIALS", "STRAINS", "WORDS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
     "parts_for", "project",
 ]  # fmt: skip
 
@@ -58,8 +64,17 @@ MATERIALS: dict[str, type[Isotropic]] = {
     "veronda_westmann": VerondaWestmann,
 }
 
+DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropic`
+    "transversely_isotropic": TransverselyIsotropic,
+    "holzapfel_gasser_ogden": HolzapfelGasserOgden,
+    "holzapfel_ogden": HolzapfelOgden,
+    "guccione": Guccione,
+    "fung_orthotropic": FungOrthotropic,
+    "active": Active,
+}
+
 # what scenes call materials: those that are laws, and what is made around another
-WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, MATERIALS)
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, DIRECTED, MATERIALS)
 
 
 class NoFiniteLaw(Exception):
@@ -111,9 +126,10 @@ def _at_points(material: Isotropic, law: Any) -> Any:
     """A law or a drag of a material, by the constants of each point where they vary."""
     if not material.sampled:
         return law
-    from softmark.solvers.materials.varying import Varying
+    from softmark.solvers.materials.varying import Varying, arrays
 
-    return Varying(law)
+    known = next(arrays(law), None)  # of directions the moduli at rest know nothing
+    return law if known is None else Varying(law)
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:

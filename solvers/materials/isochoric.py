@@ -88,6 +88,10 @@ class Isochoric(Isotropic):
         """All of it."""
         return self.with_bulk(self.bulk_modulus)
 
+    def isochoric(self) -> Law:
+        """Without what K holds."""
+        return self.with_bulk(0.0)
+
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The shape keeps 5 mu/3 of K, as much as at nu = 1/4: without any it would be unstable in tension."""
         kept = (2.0 / 3.0 + within(-1.0, self._ratio, 1.0)) * self.shear_modulus

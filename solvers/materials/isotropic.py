@@ -36,8 +36,14 @@ class Isotropic:
     volume_share = 1.0
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
+    polyconvex = False  # whether its energy is known to be: no state of it ever gives way (ellipticity.py)
     # of a stress that relaxes: its shares, and times in s (viscous.py)
     branches: ClassVar[tuple[tuple[float, float], ...]] = ()
+
+    @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """The constant by which its energy cannot be polyconvex at finite strain, and why; None of most."""
+        return None
 
     @property
     def shear_modulus(self) -> float:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.solvers.materials.invariants import OfInvariants
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic import Isotropic, is_array
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,6 +28,13 @@ class NeoHookean(OfInvariants, Isotropic):
     Source: Bonet, Wood, "Nonlinear Continuum Mechanics for Finite Element Analysis" (2nd ed. 2008),
     chapter 6.
     """
+
+    @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """Below nu = 0, lam/2 (ln J)^2 has no lower bound: it falls as the solid swells or shrinks without end."""
+        if is_array(self.poisson) or not isinstance(self.poisson, float | int) or self.poisson >= 0.0:
+            return None
+        return "poisson", "a Poisson's ratio below 0 leaves its energy no lower bound as its volume goes to nothing"
 
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli."""

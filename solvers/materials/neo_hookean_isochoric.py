@@ -29,6 +29,8 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     Mechanics" (2000), section 6.4.
     """
 
+    polyconvex = True
+
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli, of K the first has 5 mu/3, as much as at nu = 1/4."""
         return _Shear(**vars(self)), _Volume(**vars(self))

@@ -40,6 +40,11 @@ class Thin(Isotropic):
         return of if isinstance(of, cls) else cls(of.young, of.poisson, of.density, of)
 
     @property
+    def polyconvex(self) -> bool:  # type: ignore[override]
+        """As the solid."""
+        return self.of is not None and self.of.polyconvex
+
+    @property
     def branches(self) -> tuple[tuple[float, float], ...]:  # type: ignore[override]
         """Those of the solid."""
         return () if self.of is None else self.of.branches

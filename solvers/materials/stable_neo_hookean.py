@@ -40,6 +40,8 @@ class StableNeoHookean(Hyperelastic, Isotropic):
     Source: Smith, De Goes, Kim (2018), "Stable Neo-Hookean Flesh Simulation", ACM Trans. Graph. 37(2):12, section 3.
     """
 
+    polyconvex = True
+
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli; that of lam is lam/2 (J - 1)^2."""
         return _Shear(**vars(self)), _Volume(**vars(self))

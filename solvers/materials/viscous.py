@@ -15,8 +15,9 @@ class Viscous:
 
     `law` is what the solid is when nothing has had time to relax; after a long time 1 - sum(g) of it is left. S is the
     second Piola-Kirchhoff stress, so that rotations change nothing; where strains are small it is the stress itself.
-    `of = shape` relaxes the stress of the change of shape alone, and the bulk modulus stays: of `neo_hookean_isochoric`
-    and of any law in small strain. `of = whole` relaxes all of it, at a constant Poisson's ratio.
+    `of = shape` relaxes the stress of the change of shape alone, and the bulk modulus stays: of laws that have shape
+    and volume apart, as all with `volumetric` and `neo_hookean_isochoric`, and of any law in small strain. `of = whole`
+    relaxes all of it, at a constant Poisson's ratio.
 
     One term is Zener's solid (the standard linear solid) and, with g = 1, Maxwell's fluid; Kelvin and Voigt's is what a
     term comes to whose tau is far below all times that matter: with a law 1 / (1 - g) times as stiff it creeps with the

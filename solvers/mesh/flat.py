@@ -155,6 +155,10 @@ class Slice(Flat):
         """As the region has it."""
         return self.region.place(**at)
 
+    def _divided(self, size: float) -> tuple[int, int]:
+        """As the region has it."""
+        return self.region._divided(size)
+
     @property
     def area(self) -> float:
         """Of the region, m^2."""

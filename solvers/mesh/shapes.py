@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.arc import Arc
+from softmark.solvers.mesh.bowls import Bowl, BowlSection
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.cuts import Cut, along, cells
 from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
@@ -253,6 +254,8 @@ SHAPES: dict[str, type[Shape]] = {
     "spherical_shell": SphericalShell,
     "quadrilateral": Quadrilateral,
     "quarter_ring": QuarterRing,
+    "bowl": Bowl,
+    "bowl_section": BowlSection,
     "mesh": MeshFile,
     "filled": Filled,
     "union": Union,

@@ -53,6 +53,21 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_line_loads.py": {
         "test_nodes_take_what_halving_without_faces_finds": ("tet4", "hex8", "oblique-hex20"),
     },
+    "tests/interpreter/test_homogeneous.py": {
+        "test_states_of_stretch_are_those_of_one_mesh": ("confined",),
+        "test_a_force_may_pull": NONE,
+        "test_measures_of_strain_are_those_of_finite_elements": NONE,
+        "test_round_bodies_have_the_force_of_their_section": ("tube",),
+        "test_grips_that_hold_a_width_leave_no_stated_error": NONE,
+        "test_a_scene_of_one_material_point_loads_no_mesh": NONE,
+    },
+    "tests/solvers/test_material_point.py": {
+        "test_states_of_stretch_are_those_of_closed_forms": ("-0.49",),
+    },
+    "tests/solvers/test_ellipticity.py": {
+        "test_what_is_lost_is_what_some_direction_loses": ("kirchhoff-0.3", "hookean-0.45"),
+    },
+    "tests/interpreter/test_library.py": {"test_the_list_of_the_library_needs_no_arrays": NONE},
     "tests/interpreter/test_networks.py": {"test_a_scene_without_networks_imports_nothing_for_them": NONE},
     "tests/interpreter/test_values.py": {"test_a_scene_without_values_imports_nothing_of_them": NONE},
     "tests/interpreter/test_tendons.py": {"test_between_guides_a_tendon_is_straight": NONE},

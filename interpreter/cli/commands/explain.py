@@ -167,7 +167,14 @@ def page(name: str) -> str | None:
     if name.lower() not in ABSENT and meant and not _unit(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
-    return _unit(name)
+    return _unit(name) or _of_library(name)
+
+
+def _of_library(name: str) -> str | None:
+    """The page of a material of the library."""
+    from softmark.interpreter.cli import library
+
+    return library.page(name)
 
 
 def _field_page(name: str) -> str:
@@ -247,7 +254,7 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "limit": "30", "alpha": "[1.3, 5]",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
-    "uncertainty": "0.05 mm",
+    "outer_along": "30 mm", "rim": "5 mm", "uncertainty": "0.05 mm",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
@@ -259,7 +266,7 @@ _SAMPLES = {
     "components": "(x, y)", "names": "[NAME_OF_MODEL, NAME_OF_MODEL]", "list": "[10, 5, 2.5] mm",
     "points": "[(5, 0), (20, 0), (20, 10)] mm", "target": "NAME_OF_PARAMETER", "targets": "[NAME_OF_PARAMETER]",
     "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",
-    "each": "20 mm",
+    "each": "20 mm", "fibres": "+x",
 }  # fmt: skip
 
 

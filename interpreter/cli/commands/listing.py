@@ -15,6 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "what", nargs="?", help="models, materials, references, metrics, shapes, scenes, data, codes, units, ..."
     )
+    parser.add_argument("--library", action="store_true", help="of materials: those of the library, with their ranges")
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -30,7 +31,10 @@ def run(parsed: argparse.Namespace) -> int:
         hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
         print(visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
         return 2
-    rows = topics[what]()
+    if parsed.library and what != "materials":
+        print("error: `--library` is of `dsl list materials`", file=sys.stderr)
+        return 2
+    rows = _library() if parsed.library else topics[what]()
     width = max(len(name) for name, _ in rows)
     for name, text in rows:
         print(f"{name:<{width}}  {text}".rstrip())
@@ -70,6 +74,12 @@ def _kind(cls: type) -> str:
     from softmark.references.reference import Reference
 
     return f"{cls.usually()}: " if issubclass(cls, Reference) else ""
+
+
+def _library() -> Rows:
+    from softmark.interpreter.cli.library import materials
+
+    return [(own.name, f"{own.what} {own.said['Valid']}; {own.file}") for own in materials().values()]
 
 
 def _elements() -> Rows:

@@ -13,6 +13,7 @@ from typing import Any
 from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Reduced
 from softmark.interpreter.models.springs.words import MassSpring
@@ -21,6 +22,7 @@ VOUCHERS: dict[type[Any], str] = {
     Fem: "softmark.interpreter.evidence.kinds.solids",
     Beam6Dof: "softmark.interpreter.evidence.kinds.beams",
     Frame6Dof: "softmark.interpreter.evidence.kinds.networks",
+    Homogeneous: "softmark.interpreter.evidence.kinds.points",
     MassSpring: "softmark.interpreter.evidence.kinds.springs",
     Reduced: "softmark.interpreter.evidence.kinds.reductions",
 }

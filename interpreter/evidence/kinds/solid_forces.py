@@ -49,6 +49,10 @@ class Solved:
     def loads(self) -> tuple[Floats, float]:
         """Forces of all loads and beds at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
         found, unsure = loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
+        if any(hasattr(material, "passive") for material in self.case.materials):
+            from softmark.interpreter.evidence import fibres
+
+            found = found + fibres.pulls(self.case, self.mesh, self.u)
         beds, vague = self.beds
         return sum(beds.values(), found), unsure + vague
 
@@ -154,8 +158,13 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
         own = mesh.pressures[which]
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
+    case = _at_ease(case)
     material = case.plain.material
     material, body = getattr(material, "law", material), (mesh.points, mesh.cells[which], mesh.kind, u)
+    if getattr(material, "directed", False):
+        from softmark.interpreter.evidence import fibres
+
+        return fibres.pressed_of(case, *body, own)
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
@@ -174,7 +183,11 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
 
 def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
     """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked."""
-    turned = model.rotation == "element"
+    turned, case = model.rotation == "element", _at_ease(case)
+    if getattr(case.material, "directed", False):
+        from softmark.interpreter.evidence import fibres
+
+        return fibres.body_of(case, points, cells, kind, u)
     if case.uniform:
         terms, stiff = terms_of(model, case)
         return CheckedBody(points, cells, kind, u, terms, stiff, turned, case.depth)
@@ -191,6 +204,15 @@ def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, 
     mu, lam = varying.moduli(*constants(points[cells].reshape(-1, 3)))
     stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
     return varying.VaryingBody(points, cells, kind, u, own, stiff, turned, case.depth, constants=constants)
+
+
+def _at_ease(case: Case) -> Case:
+    """The case of one material as it is when it does not pull: what muscle adds is counted with the loads."""
+    if not hasattr(case.material, "passive"):
+        return case
+    from softmark.interpreter.evidence import fibres
+
+    return fibres.passive(case)
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.evidence import finer
+from softmark.interpreter.evidence import finer, softening
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
@@ -41,7 +41,10 @@ class Solids(Sized):
     """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
 
     def facts(self, found: Found) -> dict[str, Any]:
-        """Of a solid that cannot change its volume: by how much a cell does, and the whole."""
+        """Where its law gives way; of a solid that keeps its volume, by how much a cell does not, and the whole."""
+        return softening.facts(found) | self._volumes(found)
+
+    def _volumes(self, found: Found) -> dict[str, Any]:
         mesh = found.solution.mesh
         if mesh is None or found.case.largest_poisson < 0.5 or not found.case.uniform:
             return {}

@@ -17,7 +17,7 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
     if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
         return AtRest(reason=why)
     carried = solution.carried()
-    held = reactions(carried, holders(case, prepared.mesh, declared.thing))
+    held = reactions(carried, carried.holders or holders(case, prepared.mesh, declared.thing))
     most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
     moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
     known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)

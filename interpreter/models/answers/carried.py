@@ -63,7 +63,8 @@ class Carried:
     along these displacements, J, None of one that depends on the way. It `turns_freely` where internal forces have no
     moment, as those of an energy that does not see rotations. `written` (n, 6) are those left over in the state as its
     numbers are, where `left` is without what rounding of these leaves. What acts on an `axial` body, one of revolution
-    about the y axis, comes to a force along it, and to no moment.
+    about the y axis, comes to a force along it, and to no moment. `pulling` (n, 6) is what muscle within does, which
+    comes to nothing, and is a measure of what acts all the same.
     """
 
     X: Floats
@@ -76,9 +77,11 @@ class Carried:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
+    holders: tuple[Holder, ...] = ()  # of a model that has its own: what supports hold
     dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
+    pulling: Floats | None = None
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""
@@ -125,7 +128,8 @@ class Holder:
 
 
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
-            small: bool, turns_freely: bool = True, axial: bool = False) -> Carried:  # fmt: skip
+            small: bool, turns_freely: bool = True, axial: bool = False,
+            muscles: Sequence[Energy] = ()) -> Carried:  # fmt: skip
     """Of a state of a mesh whose nodes move by u (3 n,), m; other unknowns of the `state` follow these."""
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
@@ -134,7 +138,8 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     energy = float(sum(e.value(exact) for e in assembly.internal))
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
-    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial)
+    pulling = sum((_plain(_force(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
+    return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling)
 
 
 def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:

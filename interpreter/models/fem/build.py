@@ -88,6 +88,7 @@ class PreparedSolid(OnMesh):
     pieces: tuple[Piece, ...] = ()  # the cells of every material
     beds: Mapping[str, Bedding] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
+    muscles: tuple[Energy, ...] = ()  # what pulls within, with the loads
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -177,7 +178,9 @@ class PreparedSolid(OnMesh):
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
-        found = carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial)
+        found = carried.on_mesh(
+            self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, self.muscles
+        )
         return carried.bedded(found, self.beds) if self.beds else found
 
     def _other_linear(self, found: Equilibrium) -> str:
@@ -272,13 +275,14 @@ def at_rest(
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
     each = sampled(pieces(case, mesh, parts))
     formulations.must_be_compressible(declared, each)
-    internal, twins = formulations.of_parts(model, each, energies)
+    passive, tensions = muscles(each)
+    internal, twins = formulations.of_parts(model, passive, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     beds = _beds(case, mesh)
-    loads = unknowns.loads(together(applied, mesh.points.size))
+    loads = unknowns.loads([*together(applied, mesh.points.size), *tensions])
     assembly = Assembly(dofs, fixed, [*internal, *beds.values()], loads, points)
     formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
@@ -308,7 +312,8 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    return PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0), parts
+    made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0)
+    return replace(made, muscles=(*tensions,)) if tensions else made, parts
 
 
 def _beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
@@ -318,6 +323,24 @@ def _beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
     from softmark.interpreter.models.shared.bedding import beds_on
 
     return beds_on(case, mesh)
+
+
+def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[Energy]]:
+    """The pieces with their materials as they are when they do not pull, and the energies of what pulls.
+
+    These come with the loads, in the same steps. Of no muscle the pieces as they are, and none.
+    """
+    if not any(hasattr(own.case.material, "passive") for own in each):
+        return each, []
+    passive, tensions = [], list[Energy]()
+    for own in each:
+        material = own.case.material
+        while hasattr(material, "passive"):
+            pull = replace(own.case, other_material=material.pull)
+            tensions.append(elastic_of(pull, own.mesh, own.parts, "finite"))
+            material = material.passive
+        passive.append(replace(own, case=replace(own.case, other_material=material)))
+    return passive, tensions
 
 
 def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:

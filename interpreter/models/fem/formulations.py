@@ -109,7 +109,10 @@ def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clas
         if model.material is not None:
             field, where = "material", f"the material that `{declared.name}` takes"
         problem = f"{where} is incompressible, and this element needs a compressible one"
-        help = "use `tet10` or `hex8` with `formulation = mixed`, or a Poisson's ratio below 0.5 such as 0.4999"
+        softer = "a Poisson's ratio below 0.5 such as 0.4999"
+        if getattr(case.material, "directed", False):
+            softer = "a `bulk` modulus of its own"
+        help = f"use `tet10` or `hex8` with `formulation = mixed`, or {softer}"
         yield "E552", field, problem, "infinite bulk modulus", help
 
 

@@ -77,6 +77,7 @@ class Fem(Model):
 
     recovers = True
     graded = True
+    directed = True
     composite = True
     bedded = True
     finely = ("size",)

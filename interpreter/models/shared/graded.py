@@ -85,6 +85,8 @@ Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found
 def at_points(own: Part) -> Case:
     """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
     mesh, rule = own.mesh, _rule(own.mesh)
+    if getattr(own.case.material, "turning", False):
+        return replace(own.case, other_material=turned(own.case, mesh))
     sampled = _sampled(own.case, mesh, rule)
     if mesh.element.constant and sampled.sampled:
         sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
@@ -109,11 +111,34 @@ def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
     return with_constants(case.material, new)
 
 
+def turned(case: Case, mesh: Mesh) -> Any:
+    """The material with the directions of its fibres at the points of integration of a mesh (m, q). Raises Fault."""
+    from softmark.solvers.materials.frame import NoDirection
+
+    at = case.body.at("material")
+    try:
+        return case.material.placed(places(mesh, mesh.element.quadrature()), reading)
+    except NoDirection as error:
+        where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
+        raise fault(
+            "E366", at, f"the material of `{case.body.name}` has no direction of fibres{where}: {error.reason}",
+            "no direction", "expressions must not all be zero at once, a rule must hold all over the body, and sheets"
+            " must lie across fibres",
+        ) from error  # fmt: skip
+    except Unreadable as error:
+        raise fault("E410", at, f"the field of the fibres of `{case.body.name}` cannot be used: {error.name}: "
+                    f"{error.reason}", "cannot be used", error.remedy) from error  # fmt: skip
+
+
 def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
     """A material with arrays for what varies: at the points of a rule (m, q), or as cells of one point have it (m, 1).
 
     For what is told of a solution: its constants are in their range at the points that it was solved with.
     """
+    if getattr(material, "turning", False):
+        own = mesh.element.quadrature() if mesh.element.constant else rule
+        found = material.placed(places(mesh, own), reading)
+        return changed(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
     own = _rule(mesh) if mesh.element.constant else rule
     X = places(mesh, own)
     found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})

@@ -53,12 +53,14 @@ class Model:
     wired = False  # it is of networks of axes, and of nothing else
     composite = False  # it takes bodies with parts of other materials
     graded = False  # it takes materials whose constants vary in space
+    directed = False  # it takes materials that know directions
     remembers = False  # it takes materials whose stress relaxes
     recovers = False  # it finds back to rest from any state
 
     # what it is
     reduces: str | None = None  # the model whose equations it reduces
     constant = False  # its stiffness never changes
+    even = False  # its strain is the same everywhere, at its ends too
     unsolved = False  # it may accept states that are not solved
     finely: tuple[str, ...] = ()  # its fields that say how finely it solves
 

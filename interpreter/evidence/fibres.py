@@ -1,0 +1,126 @@
+"""Directions of fibres found again for the watchdog, by formulas of their own, and forces of what is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.graded import values
+from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.language.profiles import Streams
+from softmark.interpreter.models.shared.prepared import Moved
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.fibres import Helix
+from softmark.solvers.checks import fibres
+from softmark.solvers.checks.pressures import Pressed
+from softmark.solvers.checks.solids import CheckedBody, Floats, Stress, StressTerm
+from softmark.solvers.checks.varying import VaryingPressed
+
+HALVINGS = 60
+
+
+def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
+    """A direction at points X (n, 3), m, of any length (n, 3), and sheets by the same rule. Raises Unchecked."""
+    match direction:
+        case Helix():
+            return wound(direction, X)
+        case Streams(components=parts):
+            return np.stack([values(part, X) for part in parts], axis=1), None
+        case tuple():
+            return np.broadcast_to(np.array(direction, dtype=float), X.shape), None
+    raise Unchecked(f"there is no other formula for fibres by {type(direction).__name__}")
+
+
+def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
+    """Tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle, and the ellipsoids' normals."""
+    e3 = np.array(rule.axis)
+    e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
+    e1 /= np.linalg.norm(e1)
+    Q = np.stack([e1, np.cross(e3, e1), e3])  # rows: the axes of the ellipsoids
+    x, y, z = Q @ (X - np.array(rule.origin)).T
+    low, high = np.full(len(X), -0.5), np.full(len(X), 1.5)
+    for _ in range(HALVINGS):
+        t = 0.5 * (low + high)
+        a = rule.inner + t * (rule.outer - rule.inner)
+        b = rule.inner_along + t * (rule.outer_along - rule.inner_along)
+        inside = (x**2 + y**2) / a**2 + z**2 / b**2 < 1.0
+        low, high = np.where(inside, low, t), np.where(inside, t, high)
+    u, v = np.arctan2(np.hypot(x, y) / a, z / b), np.arctan2(y, x)
+    by_u = np.stack([a * np.cos(u) * np.cos(v), a * np.cos(u) * np.sin(v), -b * np.sin(u)], axis=1)
+    by_v = np.stack([-np.sin(v), np.cos(v), 0.0 * v], axis=1)
+    up = -by_u / np.linalg.norm(by_u, axis=1, keepdims=True)  # u is 0 at the tip of the axis
+    angle = (rule.endo + np.clip(t, 0.0, 1.0) * (rule.epi - rule.endo))[:, None]
+    return (np.cos(angle) * by_v + np.sin(angle) * up) @ Q, np.cross(by_v, up) @ Q
+
+
+def axes_of(law: Any) -> fibres.Axes:
+    """What tells the axes of a material at points: along fibres, and across them as sheets lie. Raises Unchecked."""
+
+    def axes(X: Floats) -> Floats:
+        f, known = vectors(law.fibres, X)
+        s = known if law.sheets is None else vectors(law.sheets, X)[0]
+        f = f / np.linalg.norm(f, axis=1, keepdims=True)
+        if s is None:  # any will do
+            s = np.cross(f, np.eye(3)[np.argmin(np.abs(f), axis=1)])
+        n = np.cross(f, s)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        return np.stack([f, np.cross(n, f), n], axis=1)
+
+    return axes
+
+
+def _known(case: Case) -> Any:
+    material = case.material
+    if not fibres.known(material):
+        raise Unchecked(f"there is no other formula for a {type(material).__name__} of this law")
+    return material
+
+
+TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
+
+
+def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
+    """Some cells of one material, deformed. Raises Unchecked."""
+    material = _known(case)
+    axes, K = axes_of(material), float(material.bulk or 0.0)
+    stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
+    return fibres.DirectedBody(
+        points, cells, kind, u, TERM, stiff, False, case.depth, lambda X: fibres.stress_of(material, axes(X), K)
+    )
+
+
+def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
+    """The same with pressures. Raises Unchecked."""
+    material = _known(case)
+    axes, mu = axes_of(material), material.shear_modulus
+    anywhere = fibres.split_of(material, np.eye(3)[None])
+    return VaryingPressed(
+        points, cells, kind, u, anywhere, mu, pressures, case.depth,
+        apart=lambda X: fibres.split_of(material, axes(X)),
+    )  # fmt: skip
+
+
+def passive(case: Case) -> Case:
+    """The case of cells of one material that does not pull."""
+    return replace(case, other_material=case.material.passive) if hasattr(case.material, "passive") else case
+
+
+def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
+    """What the muscle of a mesh does at its nodes (n, 3), N: counted with the loads, with which it grows."""
+    found = np.zeros_like(mesh.points)
+    for own, which in alone(case, mesh):
+        muscle = own.material
+        if hasattr(muscle, "passive"):
+            cells, at = mesh.cells[which], _pulling(muscle)
+            body = fibres.DirectedBody(mesh.points, cells, mesh.kind, u, TERM, muscle.tension, False, case.depth, at)
+            found -= body.forces(cells)[0]
+    return found
+
+
+def _pulling(muscle: Any) -> Callable[[Floats], Stress]:
+    """The stress of its tension at points."""
+    return lambda X: fibres.pull_of(muscle.tension, vectors(muscle.fibres, X)[0])

@@ -1,0 +1,193 @@
+"""What vouches for one material point: stress by finite differences of its energy, and nothing of its solver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.kinds.solid_forces import LEFT
+from softmark.interpreter.evidence.kinds.voucher import HOPELESS, Found, Voucher
+from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
+from softmark.interpreter.evidence.reaction_check import summed
+from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.models.answers.carried import Wrench
+from softmark.interpreter.models.homogeneous.driving import driven
+from softmark.interpreter.models.homogeneous.words import Homogeneous
+from softmark.interpreter.problem.case import case_for
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.solids import EPS, Floats, ForceBalance
+from softmark.solvers.materials import law_for, mixed_for
+from softmark.solvers.mesh.shape import Prism
+
+SPAN = 1e-3  # of the least stretch: how far differences look
+WEIGHTS = {1: 0.75, 2: -0.15, 3: 1.0 / 60.0}  # of sixth order (Fornberg 1988)
+
+
+class Points(Voucher):
+    """Of one material point: forces of corners from differences of the energy; it has no mesh to refine."""
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """The largest strain."""
+        if found.solution.displacement is None:
+            return {}
+        return {"largest_strain": float(np.linalg.norm(_gradient(found) - np.eye(3), 2))}
+
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
+        """Forces at the corners by differences of the energy. Raises Unchecked."""
+        inside, outside, held, noise, lacking = self._forces(found)
+        return solids.balance(inside, outside, held, noise, None, lacking), found.solution.facts.get("residual")
+
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """By the same. Raises Unchecked."""
+        inside, outside, _, noise, _ = self._forces(found)
+        X = _corners(found)
+        x = X if found.declared.thing.strain == "small" else X + found.solution.displacement(X)  # type: ignore[misc]
+        left = np.hstack([inside - outside, np.zeros_like(inside)])
+        return summed({s.name: _holds(found, s.thing) for s in found.case.supports}, left, x), LEFT * noise
+
+    def _forces(self, found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
+        if Points not in found.known:
+            found.known[Points] = _looked_at(found)
+        known: tuple[Floats, Floats, NDArray[np.bool_], float, float] = found.known[Points]
+        return known
+
+    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """Nothing is discretised."""
+        return 0.0
+
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """How far it is from the same with the law of its material. Raises Unknown."""
+        thing: Homogeneous = answer.declared.thing
+        if driven(answer.case, thing.state, answer.declared).let_go:
+            raise Unknown("its supports hold a width that one material point lets go, and what that does is not known")
+        if thing.state == "simple_shear":
+            raise Unknown(
+                "its sides are taken to be held as simple shear needs, and what they do otherwise is not known"
+            )
+        best = "corotational" if answer.own.material.finite_law() is None else "finite"
+        if thing.strain == best:
+            return 0.0
+        other = replace(answer.declared, thing=thing.plain(strain=best))
+        right = seen.of(answer.solved("best", other, case_for(answer.scene, other))[0])
+        if not (apart := right.apart(seen)) <= HOPELESS * right.size:
+            raise Unknown("the best strain of its material leads to quite another state")
+        return apart
+
+
+def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
+    """What stress and what loads do at the corners (8, 3), N; what is held; rounding, N; what a constraint lacks, N."""
+    case = found.case
+    F, X = _gradient(found), _corners(found)
+    lengths = np.ptp(X, axis=0)
+    out = np.sign(X - X.mean(axis=0))
+    areas = _areas(found)
+    P, noise, off = _stress(found, F)
+    inside = 0.25 * (out * areas) @ P.T
+    outside = np.zeros_like(inside)
+    for load in case.loads:
+        where, t = load.thing.action.where, np.array(load.thing.action.traction)
+        on = np.array([where.holds(*x, float(np.linalg.norm(lengths))) for x in X.tolist()], dtype=np.bool_)
+        for axis in range(3):
+            for side in (-1.0, 1.0):
+                face = out[:, axis] == side
+                if on[face].all():
+                    outside[face] += 0.25 * areas[axis] * t
+    held = np.any([_holds(found, s.thing)[:, :3] for s in case.supports], axis=0)
+    return inside, outside, held, noise * float(areas.max()), off * float(areas.max())
+
+
+def _stress(found: Found, F: Floats) -> tuple[Floats, float, float]:
+    """P (3, 3), Pa, by differences of the energy at F, its rounding, Pa, and what a constraint lacks, Pa.
+
+    Of a solid that keeps its volume, the pressure is what leaves no stress on the sides that nothing holds. Raises
+    Unchecked.
+    """
+    material, thing = found.case.material, found.declared.thing
+    strain = thing.strain
+    if not material.incompressible:
+        P, noise = differences(law_for(material, strain).psi, F)
+        return P, noise, 0.0
+    split = mixed_for(material, strain)
+    assert split is not None
+    P, noise = differences(split.shape.psi, F)
+    g, _ = differences(split.constraint.value, F)
+    made = driven(found.case, thing.state, found.declared)
+    free = [a for a in range(3) if made.stretches[a] is None]
+    if made.shear is not None:  # the side beside its plane is free
+        free = [3 - made.shear[0] - made.shear[1]]
+    pull = np.array([_pull(found, a) for a in free])
+    n, t = g.diagonal()[free], P.diagonal()[free] - pull
+    p = -float(n @ t) / float(n @ n)
+    off = abs(float(split.constraint.value(F[None])[0]))
+    return P + p * g, noise + abs(p) * EPS / SPAN, float(np.abs(P).max()) * off
+
+
+def differences(psi: Any, F: Floats) -> tuple[Floats, float]:
+    """dpsi/dF (3, 3), Pa, by central differences of sixth order, and its rounding, Pa. Raises Unchecked."""
+    h = SPAN * float(np.linalg.svd(F, compute_uv=False).min())
+    steps = np.eye(9).reshape(9, 1, 3, 3) * np.array([k * h for k in WEIGHTS])[None, :, None, None]
+    both = np.array([psi((F + sign * steps).reshape(-1, 3, 3)) for sign in (1.0, -1.0)]).reshape(2, 9, 3)
+    if not np.all(np.isfinite(both)):
+        raise Unchecked("its state lies too near the end of its law's domain for differences of the energy")
+    apart = both[0] - both[1]
+    P = (apart @ np.array(list(WEIGHTS.values()))) / h
+    plain = (apart[:, :2] @ np.array([2.0 / 3.0, -1.0 / 12.0])) / h  # of fourth order
+    noise = EPS * float(np.abs(both).max()) / h + 1e-3 * float(np.abs(P - plain).max())
+    return P.reshape(3, 3), noise
+
+
+def _gradient(found: Found) -> Floats:
+    """F (3, 3), from where the corners go."""
+    assert found.solution.displacement is not None
+    X = _corners(found)
+    u = found.solution.displacement(X)
+    near = X - X.mean(axis=0)
+    slope: Floats = np.linalg.lstsq(near, u - u.mean(axis=0), rcond=None)[0].T
+    return slope + np.eye(3)
+
+
+def _corners(found: Found) -> Floats:
+    """Of what the body spans (8, 3), m."""
+    assert found.case.shape.bounds is not None
+    low, high = found.case.shape.bounds
+    return np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1)
+                     for k in (0, 1)])  # fmt: skip
+
+
+def _areas(found: Found) -> Floats:
+    """Of the faces (3,), m^2: the section of a straight body, and of its sides what its volume needs."""
+    shape, lengths = found.case.shape, np.ptp(_corners(found), axis=0)
+    assert isinstance(shape, Prism)
+    volume = shape.section.area * shape.length
+    areas: Floats = volume / lengths
+    return areas
+
+
+def _holds(found: Found, thing: Any) -> NDArray[np.bool_]:
+    """What a support holds of the corners (8, 6): of whole faces that it selects."""
+    X = _corners(found)
+    extent = float(np.linalg.norm(np.ptp(X, axis=0)))
+    on = np.array([thing.where.holds(*x, extent) for x in X.tolist()], dtype=np.bool_)
+    mask = np.zeros((8, 6), dtype=np.bool_)
+    mask[np.ix_(np.flatnonzero(on), list(thing.components))] = True
+    return mask
+
+
+def _pull(found: Found, axis: int) -> float:
+    """The nominal stress that loads leave on a free axis, Pa."""
+    X, total = _corners(found), 0.0
+    extent = float(np.linalg.norm(np.ptp(X, axis=0)))
+    for load in found.case.loads:
+        where, traction = load.thing.action.where, load.thing.action.traction
+        for side, level in ((-1.0, X[:, axis].min()), (1.0, X[:, axis].max())):
+            face = X[X[:, axis] == level]
+            if all(where.holds(*x, extent) for x in face.tolist()):
+                total += side * float(traction[axis])
+    return total
+
+
+VOUCHER = Points()

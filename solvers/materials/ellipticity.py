@@ -1,0 +1,159 @@
+"""Where a law has lost strong ellipticity: a small wave would not travel there, and strain gathers in bands.
+
+A state F is strongly elliptic where a n : dP/dF : a n > 0 of all directions a and n (Hadamard): the acoustic tensor
+Q(n)_ik = A_iJkL n_J n_L is positive definite for every n. Drucker's postulate of a positive second-order work is asked
+of waves alone, so that what buckles is not taken for it. A law whose energy is polyconvex never loses it.
+
+Of an isotropic law that is decided, not sampled. In principal axes Q_ii = sum_j d_ij n_j^2 and Q_ij = b_ij n_i n_j with
+d_ij = A_ijij and b_ij = A_iijj + A_ijji, so that det Q is a cubic form of y = n^2 on the triangle y >= 0, and Q, which
+is positive at one corner, is positive everywhere if that form is. It is where its coefficients by Bernstein are all
+positive; else the triangle is cut until they are, or until the form is not positive at a corner. Sources: Simpson and
+Spector (1983), "On copositive matrices and strong ellipticity for isotropic elastic materials"; Farin (1986),
+"Triangular Bernstein-Bezier patches".
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+from softmark.solvers.materials.components import cofactor, components
+from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.invariants import OfInvariants, invariants
+from softmark.solvers.materials.polar import spectrum
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.constraints import Constraint
+    from softmark.solvers.materials.law import Array
+
+Bools = NDArray[np.bool_]
+CUTS = 7  # of the triangle: a form that is nearer to zero than that tells is taken for positive
+STIFF = 1e6  # times the rest of the law: what holds a volume that must be kept
+BLOCK = 4096  # points at a time
+CORNERS = np.eye(3)
+PERMUTATIONS = ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
+PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
+    [[2, 0, 0], [1, 1, 0], [1, 0, 1]], [[1, 1, 0], [0, 2, 0], [0, 1, 1]],
+    [[1, 0, 1], [0, 1, 1], [0, 0, 2]], [[1, 1, 0], [0, 1, 1], [1, 0, 1]],
+])  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What holds the volume beside a law: pressures (m,), Pa, on a constraint, and its modulus, infinite or of each."""
+
+    constraint: Constraint
+    modulus: Any
+    pressure: Array
+
+    def of(self, some: slice) -> Held:
+        """The same of some of the states."""
+        own = self.modulus[some] if np.ndim(self.modulus) else self.modulus
+        return Held(self.constraint, own, self.pressure[some])
+
+
+def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
+    """At which of the states F (m, 3, 3) a law is not strongly elliptic (m,); None of a law that is not isotropic.
+
+    States outside the domain, which have no stress, are not counted.
+    """
+    if hasattr(law, "solid"):  # of a plate (plane_stress.py)
+        return lost(law.solid, law.opened(F))
+    found = np.zeros(len(F), dtype=np.bool_)
+    if hasattr(law, "at_rest"):  # of constants that vary (varying.py)
+        for some, own in law._blocks(len(F)):
+            part = lost(own, F[some], None if held is None else held.of(some))
+            if part is None:
+                return None
+            found[some] = part
+        return found
+    if not isinstance(law, Hyperelastic):
+        return None
+    one = _of_invariants if isinstance(law, OfInvariants) and held is None else _isotropic
+    with np.errstate(all="ignore"):
+        for start in range(0, len(F), BLOCK):
+            some = slice(start, start + BLOCK)
+            found[some] = one(law, F[some], None if held is None else held.of(some))
+    return found
+
+
+def _of_invariants(law: Any, F: Array, held: Held | None = None) -> Bools:
+    """Of psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, where nothing couples the two."""
+    f = components(F)
+    stretch, j = invariants(f)
+    (a, _), (c, d) = law.slopes(stretch, j), law.curvatures(stretch, j)
+    if c is not None:
+        return _isotropic(law, F, None)
+    found: Bools = (a <= 0.0) & np.isfinite(d)
+    soft = np.flatnonzero(d < 0.0)
+    if len(soft):
+        C = cofactor(f[:, :, soft]).transpose(2, 0, 1)
+        found[soft] |= np.broadcast_to(a, d.shape)[soft] + d[soft] * np.linalg.norm(C, 2, axis=(1, 2)) ** 2 <= 0.0
+    return found
+
+
+def _isotropic(law: Any, F: Array, held: Held | None) -> Bools:
+    """Of any isotropic law, from its stiffness in principal axes."""
+    f = components(F)
+    C = np.einsum("iJm,iKm->JKm", f, f)
+    s = np.sqrt(np.maximum(spectrum(C)[0], 0.0)) * np.ones((3, 1))
+    s[0] *= np.where(np.linalg.det(F) < 0.0, -1.0, 1.0)
+    state = np.zeros((len(F), 3, 3))
+    state[:, range(3), range(3)] = s.T
+    A = law.dPdF(state)
+    if held is not None:
+        A = A + held.constraint.curvature(state, held.pressure)
+    i, k = np.indices((3, 3))
+    d, b = A[:, i, k, i, k], A[:, i, i, k, k] + np.where(i == k, 0.0, A[:, i, k, k, i])  # (m, 3, 3)
+    if held is not None:
+        g = held.constraint.gradient(state)[:, range(3), range(3)]
+        most = STIFF * np.abs(d).max(axis=(1, 2)) / (g * g).max(axis=1)
+        M = np.minimum(held.modulus, most)
+        d = d + (M[:, None] * g * g)[:, :, None] * np.eye(3)
+        b = b + M[:, None, None] * g[:, :, None] * g[:, None, :]
+    sound = np.isfinite(d).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
+    found: Bools = sound & np.any(d[:, :, 0] <= 0.0, axis=1)
+    form = _form(d, b)
+    doubtful = np.flatnonzero(sound & ~found & ~(form > 0.0).all(axis=(1, 2, 3)))
+    if len(doubtful):
+        found[doubtful] = _not_positive(form[doubtful])
+    return found
+
+
+def _form(d: Array, b: Array) -> Array:
+    """det Q as a symmetric tensor (k, 3, 3, 3) of the cubic form in y, by its coefficients: d and b (k, 3, 3)."""
+    d, b = np.moveaxis(d, 0, -1), np.moveaxis(b, 0, -1)  # rows of points
+    x = (b[1, 2] ** 2, b[2, 0] ** 2, b[0, 1] ** 2)
+    T = np.empty((3, 3, 3, d.shape[2]))
+    for a in range(3):
+        T[a, a, a] = d[0, a] * d[1, a] * d[2, a]
+        for c in range(3):
+            if c != a:  # of y_a^2 y_c: x_i goes with y_j y_k of i's others, one of which is a and one c
+                i = 3 - a - c
+                own = sum(d[i, c] * d[j, a] * d[k, a] for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)))
+                T[a, a, c] = T[a, c, a] = T[c, a, a] = (own - d[i, a] * x[i]) / 3.0
+    mixed = 2.0 * b[0, 1] * b[1, 2] * b[2, 0] - d[0, 0] * x[0] - d[1, 1] * x[1] - d[2, 2] * x[2]
+    for p in PERMUTATIONS:
+        mixed = mixed + d[0, p[0]] * d[1, p[1]] * d[2, p[2]]
+    for p in PERMUTATIONS:
+        T[p] = mixed / 6.0
+    return np.moveaxis(T, -1, 0)
+
+
+def _not_positive(T: Array) -> Bools:
+    """Which cubic forms (k, 3, 3, 3) are zero or less somewhere on the triangle."""
+    found, who = np.zeros(len(T), dtype=np.bool_), np.arange(len(T))
+    corners = np.tile(CORNERS, (len(T), 1, 1))  # (k, 3, 3): each row a corner
+    for _ in range(CUTS):
+        B = np.einsum("mabc,mia,mjb,mkc->mijk", T[who], corners, corners, corners, optimize=True)
+        at = B[:, range(3), range(3), range(3)]
+        found[who[np.any(at <= 0.0, axis=1)]] = True
+        open_ = ~(B > 0.0).all(axis=(1, 2, 3)) & ~found[who]
+        if not open_.any():
+            break
+        who = np.repeat(who[open_], len(PARTS))
+        corners = np.einsum("pij,mjk->mpik", PARTS, corners[open_]).reshape(-1, 3, 3)
+    return found

@@ -1,0 +1,124 @@
+"""The exponential of a quadratic form of Green's strain in three directions."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic import (
+    Anisotropic,
+    Bulk,
+    Density,
+    Fibres,
+    Sheets,
+    add_turned,
+    along,
+    dyad,
+)
+from softmark.solvers.materials.components import add_outer, displacement_gradient, product, transposed
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of f, s and n
+
+
+class ExponentialOfStrain(Anisotropic):
+    """psi = C/2 (exp Q - 1), Q = sum b_ab E_ab^2 over a and b of f, s, n, with b_ab = b_ba and E_ab = a . E b."""
+
+    stiffness: float
+
+    @property
+    @abstractmethod
+    def exponents(self) -> tuple[float, ...]:
+        """b_ab of PAIRS."""
+
+    @property
+    def shear_modulus(self) -> float:
+        """C (2 (b_ff + b_ss + b_nn) + 3 (b_fs + b_fn + b_sn)) / 30, Pa."""
+        b = self.exponents
+        return self.stiffness * (2.0 * sum(b[:3]) + 3.0 * sum(b[3:])) / 30.0
+
+    def _strains(self, f: Array, axes: Array) -> list[Array]:
+        """E_ab (m,) of PAIRS: accurate near rest."""
+        h = displacement_gradient(f)
+        E = 0.5 * (h + transposed(h) + product(transposed(h), h))
+        turned = [along(E, d) for d in axes]
+        return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]
+
+    def _form(self, e: list[Array]) -> Array:
+        """Q (m,)."""
+        found: Array = sum(  # type: ignore[assignment]
+            (1.0 if a == b else 2.0) * w * x * x for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True)
+        )
+        return found
+
+    def _slope(self, e: list[Array], axes: Array) -> Array:
+        """T = dQ/dE / 2 (3, 3, m)."""
+        rows: list[list[Array | float]] = [[0.0] * 3 for _ in range(3)]
+        for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True):
+            rows[a][b] = rows[b][a] = w * x
+        each = [sum(rows[a][b] * axes[b] for b in range(3)) for a in range(3)]
+        found: Array = sum(axes[a][:, None] * each[a][None] for a in range(3))
+        return found
+
+    def _shape_psi(self, f: Array, axes: Array) -> Array:
+        return 0.5 * self.stiffness * np.expm1(self._form(self._strains(f, axes)))
+
+    def _shape_P(self, f: Array, axes: Array) -> Array:
+        e = self._strains(f, axes)
+        return product(f, (self.stiffness * np.exp(self._form(e))) * self._slope(e, axes))
+
+    def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
+        """delta_ik S_JL + c (2 (F T) (x) (F T) + sum b_ab G_ab (x) G_ab), c = C exp Q, G_ab = sym(F a (x) b)."""
+        e = self._strains(f, axes)
+        c, T = self.stiffness * np.exp(self._form(e)), self._slope(e, axes)
+        H[...] = 0.0
+        add_turned(H, c * T)
+        through = product(f, T).reshape(9, -1)
+        add_outer(H, (2.0 * c) * through, through)
+        moved = [along(f, d) for d in axes]
+        for (a, b), w in zip(PAIRS, self.exponents, strict=True):
+            if a == b:
+                G = dyad(moved[a], axes[a])
+                add_outer(H, (w * c) * G, G)
+            else:
+                G = dyad(moved[a], axes[b]) + dyad(moved[b], axes[a])
+                add_outer(H, (0.5 * w * c) * G, G)
+
+
+@dataclass(frozen=True)
+class FungOrthotropic(ExponentialOfStrain):
+    """Fung's orthotropic solid: stiffer by its exponential along fibres, sheets and across both, each by its own.
+
+    psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f, sheets s and n = f x s
+    Q = bff Eff^2 + bss Ess^2 + bnn Enn^2 + 2 bfs Efs^2 + 2 bfn Efn^2 + 2 bsn Esn^2
+    It resists compression as it does tension. With bulk left out J = 1: `formulation = mixed` finds the pressure.
+    Source: Fung, Fronek, Patitucci (1979), "Pseudoelasticity of arteries and the choice of its mathematical
+    expression"; Costa, Holmes, McCulloch (2001), "Modelling cardiac mechanical properties in three
+    dimensions", without terms that couple normal strains.
+    """
+
+    sheeted = True
+
+    stiffness: Annotated[float, "Pa in (0, inf)", "C, which every stress is in proportion to"]
+    bff: Annotated[float, "1 in (0, inf)", "of the strain along the fibres"]
+    bss: Annotated[float, "1 in (0, inf)", "of the strain along the sheets"]
+    bnn: Annotated[float, "1 in (0, inf)", "of the strain across both"]
+    bfs: Annotated[float, "1 in (0, inf)", "of the shear between fibres and sheets"]
+    bfn: Annotated[float, "1 in (0, inf)", "of the shear between fibres and what is across both"]
+    bsn: Annotated[float, "1 in (0, inf)", "of the shear between sheets and what is across them"]
+    density: Density
+    fibres: Fibres
+    sheets: Sheets = None
+    bulk: Bulk = None
+
+    @property
+    def exponents(self) -> tuple[float, ...]:
+        """b_ab of PAIRS."""
+        return self.bff, self.bss, self.bnn, self.bfs, self.bfn, self.bsn

@@ -1,0 +1,35 @@
+"""The solid of Guccione, McCulloch and Waldman."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic import Bulk, Density, Fibres
+from softmark.solvers.materials.fung_orthotropic import ExponentialOfStrain
+
+
+@dataclass(frozen=True)
+class Guccione(ExponentialOfStrain):
+    """Passive heart muscle after Guccione: an exponential of Green's strain, alike in all directions across fibres.
+
+    psi = C/2 (exp Q - 1) + K/2 (J - 1)^2, with Green's strain E along fibres f and two directions s, n across them
+    Q = bf Eff^2 + bt (Ess^2 + Enn^2 + 2 Esn^2) + 2 bfs (Efs^2 + Efn^2)
+    With bf = bt = bfs it is isotropic. It resists compression as it does tension. With bulk left out J = 1, and
+    `formulation = mixed` finds the pressure.
+    Source: Guccione, McCulloch, Waldman (1991), "Passive material properties of intact ventricular myocardium";
+    Land et al. (2015), Proc. R. Soc. A 471:20150641, of which C = 2 kPa, 8, 2 and 4 are.
+    """
+
+    stiffness: Annotated[float, "Pa in (0, inf)", "C, which every stress is in proportion to"]
+    bf: Annotated[float, "1 in (0, inf)", "of the strain along the fibres"]
+    bt: Annotated[float, "1 in (0, inf)", "of strains across them"]
+    bfs: Annotated[float, "1 in (0, inf)", "of shear along them"]
+    density: Density
+    fibres: Fibres
+    bulk: Bulk = None
+
+    @property
+    def exponents(self) -> tuple[float, ...]:
+        """b_ab of PAIRS: ff, ss, nn, fs, fn, sn."""
+        return self.bf, self.bt, self.bt, self.bfs, self.bfs, self.bt

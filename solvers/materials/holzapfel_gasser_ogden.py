@@ -1,0 +1,61 @@
+"""The artery wall of Holzapfel, Gasser and Ogden: two families of fibres that are dispersed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic import Bulk, Density, Fibres, Sheets
+from softmark.solvers.materials.reinforced import ONSET, Onset, Reinforced, Strand
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Array
+
+
+@dataclass(frozen=True)
+class HolzapfelGasserOgden(Reinforced):
+    """The wall of an artery: a matrix with two families of collagen, dispersed about directions at plus and minus.
+
+    psi = c/2 (I1 - 3 - 2 ln J) + sum over both of k1/(2 k2) (exp(k2 <E>^2) - 1) + K/2 (J - 1)^2
+    E = kappa (I1 - 3) + (1 - 3 kappa) (I4 - 1), I4 = |F a|^2, a = cos(angle) f +- sin(angle) s
+    `fibres` is the direction that the angle is counted from (around the artery) and `sheets` the other in the plane of
+    the fibres (along it). kappa = 0: all fibres of a family are parallel; 1/3: they lie in all directions alike. Where
+    E < 0 a family is slack, <E> = 0; its stress begins as a cubic over E = `onset`, so that the tangent does not jump,
+    and is that of the formula beyond. Invariants are those of F itself, which differs from forms with their isochoric
+    parts as far as the volume changes. With bulk left out J = 1, and `formulation = mixed` finds the pressure.
+    Source: Gasser, Ogden, Holzapfel (2006), J. R. Soc. Interface 3:15; Nolan et al. (2014), "A robust anisotropic
+    hyperelastic formulation for the modelling of soft tissue".
+    """
+
+    sheeted = True
+
+    c: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix"]
+    k1: Annotated[float, "Pa in (0, inf)", "of the fibres: a quarter of the modulus that a family adds when just taut"]
+    k2: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
+    angle: Annotated[float, "rad in [0, 1.5707963267948966]", "of both families from `fibres`, one to each side"]
+    density: Density
+    fibres: Fibres
+    sheets: Sheets
+    kappa: Annotated[float, "1 in [0, 0.3333333333333333]", "dispersion: 0 parallel, 1/3 in all directions"] = 0.0
+    bulk: Bulk = None
+    onset: Onset = ONSET
+
+    @property
+    def dispersion(self) -> float:  # type: ignore[override]
+        """kappa."""
+        return self.kappa
+
+    @property
+    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
+        """Two, at plus and minus the angle."""
+        c, s, strand = math.cos(self.angle), math.sin(self.angle), Strand(self.k1, self.k2, self.onset)
+        return (((c, s), strand), ((c, -s), strand))
+
+    @property
+    def matrix_modulus(self) -> float:
+        """c, Pa."""
+        return self.c
+
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
+        return 0.5 * self.c * stretch, self.c, 0.0

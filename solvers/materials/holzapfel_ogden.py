@@ -1,0 +1,71 @@
+"""The heart muscle of Holzapfel and Ogden: fibres in sheets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic import Bulk, Density, Fibres, Sheets
+from softmark.solvers.materials.reinforced import ONSET, Onset, Reinforced, Strand
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class HolzapfelOgden(Reinforced):
+    """Passive heart muscle after Holzapfel and Ogden: an exponential matrix, fibres, sheets, and shear between them.
+
+    psi = a/(2b) (exp(b (I1 - 3)) - 1) - a ln J + sum over i = f, s of a_i/(2 b_i) (exp(b_i <I4i - 1>^2) - 1)
+        + a_fs/(2 b_fs) (exp(b_fs I8^2) - 1) + K/2 (J - 1)^2, I4i = |F i|^2, I8 = F f . F s
+    Fibres and sheets resist tension alone: where they are shorter than at rest <I4i - 1> = 0, and their stress begins
+    as a cubic over I4i - 1 = `onset`, so that the tangent does not jump. -a ln J leaves no stress at rest. With bulk
+    left out J = 1, and `formulation = mixed` finds the pressure.
+    Source: Holzapfel, Ogden (2009), "Constitutive modelling of passive myocardium", Phil. Trans. R. Soc. A 367:3445.
+    """
+
+    sheeted = True
+
+    a: Annotated[float, "Pa in (0, inf)", "shear modulus of the matrix at rest"]
+    b: Annotated[float, "1 in (0, inf)", "how soon the matrix grows stiffer"]
+    a_f: Annotated[float, "Pa in [0, inf)", "of the fibres"]
+    b_f: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
+    a_s: Annotated[float, "Pa in [0, inf)", "of the sheets"]
+    b_s: Annotated[float, "1 in [0, inf)", "how soon sheets grow stiffer"]
+    a_fs: Annotated[float, "Pa in [0, inf)", "of the shear between fibres and sheets"]
+    b_fs: Annotated[float, "1 in [0, inf)", "how soon that shear grows stiffer"]
+    density: Density
+    fibres: Fibres
+    sheets: Sheets = None
+    bulk: Bulk = None
+    onset: Onset = ONSET
+
+    @property
+    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
+        """Fibres and sheets."""
+        return ((1.0, 0.0), Strand(self.a_f, self.b_f, self.onset)), (
+            (0.0, 1.0),
+            Strand(self.a_s, self.b_s, self.onset),
+        )
+
+    @property
+    def coupled(self) -> Strand | None:
+        """Of shear either way."""
+        return Strand(self.a_fs, self.b_fs)
+
+    @property
+    def matrix_modulus(self) -> float:
+        """a, Pa."""
+        return self.a
+
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
+        grown = np.exp(self.b * stretch)
+        return 0.5 * self.a / self.b * np.expm1(self.b * stretch), self.a * grown, 2.0 * self.a * self.b * grown
+
+    @property
+    def _bends(self) -> bool:
+        return True

@@ -1,0 +1,48 @@
+"""A neo-Hookean matrix with one family of fibres."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic import Bulk, Density, Fibres
+from softmark.solvers.materials.reinforced import ONSET, Onset, Reinforced, Strand
+
+if TYPE_CHECKING:
+    from softmark.solvers.materials.law import Array
+
+
+@dataclass(frozen=True)
+class TransverselyIsotropic(Reinforced):
+    """A soft matrix with one family of parallel fibres, alike in all directions across them: tendon, ligament, muscle.
+
+    psi = mu/2 (I1 - 3 - 2 ln J) + k1/(2 k2) (exp(k2 (I4 - 1)^2) - 1) + K/2 (J - 1)^2, I1 = tr F^T F, I4 = |F f|^2
+    With k2 = 0 the fibre term is k1/2 (I4 - 1)^2: along the fibres 4 k1 is added to the modulus at rest. Fibres that
+    resist tension alone have no term where they are shorter than at rest; their stress begins as a cubic over
+    I4 - 1 = `onset`, so that the tangent does not jump, and is that of the formula beyond. With bulk left out J = 1,
+    and `formulation = mixed` finds the pressure.
+    Source: Holzapfel, Gasser, Ogden (2000), J. Elasticity 61:1, with one family; Weiss, Maker, Govindjee (1996),
+    "Finite element implementation of incompressible, transversely isotropic hyperelasticity", with another exponential.
+    """
+
+    shear: Annotated[float, "Pa in (0, inf)", "mu, the shear modulus of the matrix"]
+    k1: Annotated[float, "Pa in (0, inf)", "of the fibres: a quarter of the modulus that they add when just taut"]
+    k2: Annotated[float, "1 in [0, inf)", "how soon fibres grow stiffer"]
+    density: Density
+    fibres: Fibres
+    resists: Annotated[Literal["tension", "both"], "whether fibres resist compression as well"] = "tension"
+    bulk: Bulk = None
+    onset: Onset = ONSET
+
+    @property
+    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
+        """One, along the fibres."""
+        return (((1.0, 0.0), Strand(self.k1, self.k2, self.onset if self.resists == "tension" else None)),)
+
+    @property
+    def matrix_modulus(self) -> float:
+        """mu, Pa."""
+        return self.shear
+
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
+        return 0.5 * self.shear * stretch, self.shear, 0.0

@@ -1,0 +1,97 @@
+"""Strong ellipticity, decided by a cubic form, against acoustic tensors in thousands of directions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from softmark.solvers.alone.solid import material
+from softmark.solvers.materials import law_for, mixed_for
+from softmark.solvers.materials.constraints import VolumeRatio
+from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials.ellipticity import Held, lost
+
+Floats = NDArray[np.float64]
+RNG = np.random.default_rng(7)
+N = np.vstack([np.eye(3), (n := RNG.normal(size=(1000, 3))) / np.linalg.norm(n, axis=1)[:, None]])
+
+
+def turned(s: Floats) -> Floats:
+    """Deformation gradients of principal stretches s (m, 3), in any direction."""
+    R, Q = (np.linalg.qr(RNG.normal(size=(len(s), 3, 3)))[0] for _ in range(2))
+    R *= np.sign(np.linalg.det(R))[:, None, None]
+    Q *= np.sign(np.linalg.det(Q))[:, None, None]
+    found: Floats = np.einsum("mij,mj,mkj->mik", R, s, Q)
+    return found
+
+
+def least(law: Any, F: Floats, kept: bool = False) -> Floats:
+    """The least eigenvalue of acoustic tensors (m,), Pa; `kept`: of what a volume that is kept leaves to waves."""
+    found = []
+    for A, C in zip(law.dPdF(F), np.linalg.inv(F).transpose(0, 2, 1), strict=True):
+        Q = np.einsum("iJkL,nJ,nL->nik", A, N, N)
+        if kept:  # across cof F n
+            m = N @ C.T
+            m /= np.linalg.norm(m, axis=1)[:, None]
+            P = np.eye(3) - m[:, :, None] * m[:, None, :]
+            Q = P @ Q @ P + 1e3 * np.abs(A).max() * m[:, :, None] * m[:, None, :]
+        found.append(np.linalg.eigvalsh(Q)[:, 0].min())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
+@pytest.mark.parametrize("name", ["neo_hookean", "st_venant_kirchhoff", "neo_hookean_isochoric", "stable_neo_hookean"])
+def test_what_is_lost_is_what_some_direction_loses(name: str, nu: float) -> None:
+    made = material(name, young=1.0, poisson=nu, density=1.0)
+    law = law_for(made, "finite")
+    F = turned(np.exp(RNG.uniform(-0.9, 1.5, (25, 3))))
+    seen, found = least(law, F), lost(law, F)
+    assert found is not None
+    assert found[seen < -1e-9].all()  # a direction tells it for sure
+    assert not found[seen > 1e-2].any()  # and 1 000 leave little between them
+    assert not (made.polyconvex and found.any())
+
+
+def test_a_solid_that_keeps_its_volume_is_asked_of_waves_that_do() -> None:
+    split = mixed_for(material("st_venant_kirchhoff", young=1.0, poisson=0.5, density=1.0), "finite")
+    assert split is not None
+    F = turned(np.exp(RNG.uniform(-0.8, 0.8, (25, 3))))
+    held = Held(VolumeRatio(), math.inf, np.zeros(len(F)))  # a pressure does no work in such waves
+    seen, found = least(split.shape, F, kept=True), lost(split.shape, F, held)
+    assert found is not None
+    assert found.any()
+    assert found[seen < -1e-3].all()
+    assert not found[seen > 1e-2].any()
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3])
+def test_kirchhoff_squeezed_between_walls_gives_way_where_its_stress_peaks(nu: float) -> None:
+    """P = (lam/2 + mu) l (l^2 - 1) has its extreme at 1/sqrt(3): the wave along the axis stands still there."""
+    law, l = law_for(material("st_venant_kirchhoff", young=1.0, poisson=nu, density=1.0), "finite"), 1 / math.sqrt(3)
+    F = np.array([np.diag([a, 1.0, 1.0]) for a in (l * (1 - 1e-6), l * (1 + 1e-6))])
+    assert lost(law, F)[0]  # type: ignore[index]
+    wave = law.dPdF(F)[:, 0, 0, 0, 0]
+    assert wave[0] < 0.0 < wave[1]
+
+
+def test_neo_hooke_gives_way_where_a_sheet_has_swollen_too_far() -> None:
+    """mu + (mu + lam - lam ln J) (s1 s2 / J)^2 = 0 with the largest stretches s1, s2: in closed form."""
+    made = material("neo_hookean", young=1.0, poisson=0.45, density=1.0)
+    mu, lam, s = made.shear_modulus, made.lame_lambda, 0.5
+    low, high = 2.0, 6.0
+    for _ in range(60):
+        l = 0.5 * (low + high)
+        J = l * l * s
+        low, high = (l, high) if mu + (mu + lam - lam * math.log(J)) / s**2 > 0 else (low, l)
+    F = np.array([np.diag([l * (1 - e), l * (1 - e), s]) for e in (1e-9, -1e-9)])
+    np.testing.assert_array_equal(lost(law_for(made, "finite"), F), [False, True])
+
+
+def test_what_has_no_stress_or_is_not_isotropic_is_not_counted() -> None:
+    law = law_for(material("neo_hookean", young=1.0, poisson=0.3, density=1.0), "finite")
+    assert not lost(law, np.diag([1.0, 1.0, -1.0])[None]).any()  # type: ignore[union-attr]
+    assert lost(Corotational(1.0, 1.0), np.eye(3)[None]) is None

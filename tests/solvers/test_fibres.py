@@ -1,0 +1,257 @@
+"""Laws of materials that know directions: what every one obeys, and what is published of some."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from softmark.solvers.checks import fibres as checks
+from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for
+from softmark.solvers.materials.active import Active
+from softmark.solvers.materials.frame import Frame, NoDirection
+from softmark.solvers.materials.reinforced import Strand
+
+Array = NDArray[np.float64]
+
+F0, S0 = (2.0, 1.0, -0.5), (0.3, 1.0, 0.2)
+GUCCIONE = DIRECTED["guccione"](1.0, 8.0, 2.0, 4.0, 1.0, F0, 3.0)
+LAWS: dict[str, Any] = {
+    "guccione": GUCCIONE,
+    "fung": DIRECTED["fung_orthotropic"](1.0, 8.0, 5.0, 2.0, 4.0, 3.0, 1.0, 1.0, F0, S0, 2.0),
+    "tendon": DIRECTED["transversely_isotropic"](1.0, 2.0, 3.0, 1.0, F0, "tension", 4.0),
+    "linear fibres": DIRECTED["transversely_isotropic"](1.0, 2.0, 0.0, 1.0, F0, "both", 4.0),
+    "artery": DIRECTED["holzapfel_gasser_ogden"](1.0, 2.0, 3.0, 0.7, 1.0, F0, S0, 0.1, 5.0),
+    "heart": DIRECTED["holzapfel_ogden"](1.0, 2.0, 3.0, 1.0, 2.0, 1.0, 0.5, 2.0, 1.0, F0, S0, 3.0),
+    "muscle": DIRECTED["active"](GUCCIONE, 2.0),
+    "active rubber": DIRECTED["active"](MATERIALS["neo_hookean"](1.0, 0.3, 1.0), 2.0, F0),
+}
+AROUND = {"guccione", "tendon", "linear fibres", "muscle", "active rubber"}  # alike all around the fibres
+PASSIVE = [name for name in LAWS if not isinstance(LAWS[name], Active)]
+
+
+def rotations(seed: int, m: int) -> Array:
+    """Uniform rotations (m, 3, 3)."""
+    Q = np.linalg.qr(np.random.default_rng(seed).standard_normal((m, 3, 3)))[0]
+    return np.asarray(Q * np.sign(np.linalg.det(Q))[:, None, None])
+
+
+def gradients(m: int = 40) -> Array:
+    """F (m, 3, 3) with any rotations and stretches from 0.7 to 1.4."""
+    s = np.random.default_rng(1).uniform(0.7, 1.4, (m, 3))
+    return np.asarray((rotations(2, m) * s[:, None, :]) @ rotations(3, m))
+
+
+def difference(f: Any, F: Array, step: float = 1e-6) -> Array:
+    """df/dF_kL by central differences; the indices k, L come last."""
+    columns = [(f(F + d) - f(F - d)) / (2.0 * step) for d in np.eye(9).reshape(9, 3, 3) * step]
+    return np.stack(columns, -1).reshape(*columns[0].shape, 3, 3)
+
+
+def close(a: Array, b: Array, tolerance: float) -> None:
+    """|a - b| <= tolerance times the largest |b|."""
+    np.testing.assert_allclose(a, b, rtol=0.0, atol=tolerance * np.abs(b).max())
+
+
+def about(axis: Array, angle: float) -> Array:
+    """The rotation about an axis (3, 3), by Rodrigues."""
+    K = np.cross(np.eye(3), axis)
+    return np.asarray(np.eye(3) - math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_stress_and_stiffness_are_derivatives(name: str) -> None:
+    """Truncation of step^2 and rounding of 1e-16/step, relative to exponentials of 1e2: 1e-9; a wrong term is 1e-2."""
+    law, F = LAWS[name], gradients()
+    close(difference(law.psi, F), law.P(F), 1e-8)
+    close(difference(law.P, F), law.dPdF(F), 1e-8)
+    H = law.dPdF(F)
+    np.testing.assert_array_equal(H, H.transpose(0, 3, 4, 1, 2))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_objectivity(name: str) -> None:
+    """psi(Q F) = psi(F) and P(Q F) = Q P(F): to rounding of the exponents, up to 10."""
+    law, F = LAWS[name], gradients()
+    Q = rotations(4, len(F))
+    close(law.psi(Q @ F), law.psi(F), 1e-12)
+    close(law.P(Q @ F), Q @ law.P(F), 1e-12)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_symmetry_groups(name: str) -> None:
+    """Half turns about fibres, sheets and across both leave every law as it is; any turn about fibres, some of them."""
+    law, F = LAWS[name], gradients()
+    axes = law.frame.axes(np.float64)[..., 0]
+    for axis in axes:
+        close(law.psi(F @ about(axis, math.pi)), law.psi(F), 1e-12)
+    turned = law.psi(F @ about(axes[0], 0.7))
+    apart = np.abs(turned - law.psi(F)).max() / np.abs(law.psi(F)).max()
+    assert apart < 1e-12 if name in AROUND else apart > 1e-3
+    across = np.abs(law.psi(F @ about(axes[1], 0.7)) - law.psi(F)).max() / np.abs(law.psi(F)).max()
+    assert across > 1e-3
+
+
+@pytest.mark.parametrize("law", [
+    replace(GUCCIONE, bf=2.0, bfs=2.0), replace(LAWS["artery"], kappa=1.0 / 3.0, angle=0.3),
+], ids=["guccione with one exponent", "collagen in all directions"])  # fmt: skip
+def test_without_a_preferred_direction_a_law_is_isotropic(law: Any) -> None:
+    F = gradients()
+    close(law.psi(F @ rotations(5, len(F))), law.psi(F), 1e-12)
+
+
+@pytest.mark.parametrize("name", PASSIVE)
+def test_at_rest_there_is_no_stress(name: str) -> None:
+    """And energy grows from there."""
+    law = LAWS[name]
+    assert np.abs(law.P(np.eye(3)[None])).max() < 1e-15
+    assert law.psi(np.eye(3)[None])[0] < 1e-30
+    near = np.eye(3) + 1e-4 * np.random.default_rng(6).standard_normal((50, 3, 3))
+    assert (law.psi(near) > 0.0).all()
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_other_formulas_agree(name: str) -> None:
+    """S = 2 dpsi/dC in axes along the fibres, of the checks; muscle is what it is at ease, and its tension."""
+    law, F = LAWS[name], gradients()
+    if isinstance(law, Active):
+        pull = checks.pull_of(law.tension, np.array([law.fibres]))(F)
+        close(law.law.P(F) + pull, law.P(F), 1e-12)
+        return
+    axes = law.frame.axes(np.float64)[..., 0][None]
+    close(checks.stress_of(law, axes, law.bulk)(F), law.P(F), 1e-12)
+    mixed, split = mixed_for(law, "finite"), checks.split_of(law, axes)
+    assert mixed is not None
+    close(split.shape(F), mixed.shape.P(F), 1e-12)
+    close(split.dg(F), mixed.constraint.gradient(F), 1e-14)
+    assert split.compliance == pytest.approx(mixed.compliance, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_with_a_pressure_it_is_the_same_law(name: str) -> None:
+    """psi_shape + M/2 g^2 = psi; M is infinite where the volume cannot change, which leaves the shape as it is."""
+    law, F = LAWS[name], gradients()
+    mixed = mixed_for(law, "finite")
+    assert mixed is not None
+    close(mixed.shape.psi(F) + 0.5 * mixed.modulus * mixed.constraint.value(F) ** 2, law.psi(F), 1e-12)
+    if name in PASSIVE:
+        tight = mixed_for(replace(law, bulk=None), "finite")
+        assert tight is not None
+        assert tight.compliance == 0.0
+        assert law.poisson < replace(law, bulk=None).poisson == 0.5
+
+
+def along(law: Any, frame: Frame) -> Any:
+    """The same law with other directions."""
+    if isinstance(law, Active):
+        return replace(law, own=frame) if law.own is not None else replace(law, law=along(law.law, frame))
+    return replace(law, fibres=frame, **({"sheets": None} if "sheets" in vars(law) else {}))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_directions_of_points_are_those_of_each(name: str) -> None:
+    """Arrays of directions, over more points than a block has, give what each point has by itself."""
+    m, F = 3 * 1500, gradients(3 * 1500)
+    f, s = np.random.default_rng(7).standard_normal((2, m, 3))
+    many = law_for(along(LAWS[name], Frame.at(f, s, (1500, 3))), "finite")
+    P, A = many.P(F), many.dPdF(F)
+    for i in (0, 17, 4095, 4096, m - 1):
+        one = along(LAWS[name], Frame.of(tuple(f[i]), tuple(s[i])))
+        close(P[i], one.P(F[i : i + 1])[0], 1e-12)
+        close(A[i], one.dPdF(F[i : i + 1])[0], 1e-12)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_projected_stiffness_is_definite(name: str) -> None:
+    H = LAWS[name].dPdF_projected(gradients()).reshape(-1, 9, 9)
+    assert np.linalg.eigvalsh(H).min() > -1e-12 * np.abs(H).max()
+
+
+# ------------------------------------------------------------------ published numbers (REFERENCES.md 3.5)
+
+
+def stress(law: Any, first: float, second: float) -> Array:
+    """Cauchy stress, Pa, along axes of an incompressible solid stretched along x and y and free along z."""
+    F = np.diag([first, second, 1.0 / (first * second)])[None]
+    sigma = law.P(F)[0] @ F[0].T
+    return np.asarray(np.diag(sigma) - sigma[2, 2])
+
+
+def artery(kappa: float) -> Any:
+    """Adventitia of Gasser, Ogden and Holzapfel (2006), whose volume cannot change."""
+    wall = DIRECTED["holzapfel_gasser_ogden"]
+    return wall(7.64e3, 996.6e3, 524.6, math.radians(49.98), 1000.0, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), kappa)
+
+
+@pytest.mark.parametrize(("kappa", "stretch", "kPa"), [
+    (0.226, 1.05, (75.955, 97.535)), (0.226, 1.10, (7752.3, 9615.7)),
+    (1.0 / 3.0, 1.05, (5.72793, 5.72793)), (1.0 / 3.0, 1.10, (48.6600, 48.6600)),
+])  # fmt: skip
+def test_an_artery_stretched_both_ways(kappa: float, stretch: float, kPa: tuple[float, float]) -> None:
+    """To the five digits that are given."""
+    np.testing.assert_allclose(stress(artery(kappa), stretch, stretch)[:2] / 1e3, kPa, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("kappa", "stretch", "kPa", "across"), [
+    (0.226, 1.05, 1.42114, 0.960087), (0.226, 1.10, 4.06979, 0.907416), (0.226, 1.20, 48.2446, 0.800023),
+    (0.0, 1.05, 1.27178, None), (0.0, 1.10, 2.73031, None), (0.0, 1.20, 6.82119, None),
+])  # fmt: skip
+def test_an_artery_stretched_one_way(kappa: float, stretch: float, kPa: float, across: float | None) -> None:
+    """To the six digits that are given, with fibres that begin within a strain of 1e-4: E here is above 4e-4."""
+    law = artery(kappa)
+    second = brentq(lambda b: stress(law, stretch, b)[1], 0.5, 1.0, xtol=1e-14)
+    assert stress(law, stretch, second)[0] / 1e3 == pytest.approx(kPa, rel=5e-6)
+    assert across is None or second == pytest.approx(across, abs=6e-7)
+
+
+@pytest.mark.parametrize(("stretch", "kPa"), [
+    (0.9, -1.60852), (1.05, 1.01818), (1.1, 2.42069), (1.2, 8.09652), (1.3, 26.4674),
+])  # fmt: skip
+def test_heart_muscle_stretched_along_its_fibres(stretch: float, kPa: float) -> None:
+    """Guccione with C = 2 kPa, 8, 2, 4; to the six digits that are given."""
+    law = DIRECTED["guccione"](2e3, 8.0, 2.0, 4.0, 1000.0, (1.0, 0.0, 0.0))
+    assert stress(law, stretch, stretch**-0.5)[0] / 1e3 == pytest.approx(kPa, rel=5e-6)
+
+
+def test_heart_muscle_that_pulls() -> None:
+    """T f (x) f, second Piola-Kirchhoff: Cauchy stress along fibres grows by T stretch^2, and nothing else changes."""
+    law = DIRECTED["guccione"](2e3, 8.0, 2.0, 4.0, 1000.0, (1.0, 0.0, 0.0))
+    pulls = DIRECTED["active"](law, 60e3)
+    np.testing.assert_allclose(stress(pulls, 1.1, 1.0) - stress(law, 1.1, 1.0), [60e3 * 1.21, 0.0, 0.0], atol=1e-9)
+
+
+# ------------------------------------------------------------------ fibres that are slack, and directions
+
+
+@pytest.mark.parametrize(("k2", "onset"), [(0.0, 1e-4), (3.0, 0.1), (524.6, 1e-3), (50.0, 0.1)])
+def test_fibres_are_taken_up_smoothly(k2: float, onset: float) -> None:
+    """None in compression, the formula beyond the onset; stress and its slope meet at both ends and never fall."""
+    strand, formula = Strand(2.0, k2, onset), Strand(2.0, k2)
+    E = onset * np.linspace(-1.0, 3.0, 4001)
+    psi, slope, curvature = strand.terms(E)
+    assert not np.stack([psi, slope, curvature])[:, E <= 0.0].any()
+    beyond = np.greater_equal(E, onset)
+    np.testing.assert_array_equal(slope[beyond], formula.terms(E)[1][beyond])
+    assert (curvature >= 0.0).all()
+    assert (np.diff(psi) >= 0.0).all()
+    jump = np.abs(np.diff(curvature)).max() / curvature.max()
+    assert jump < 0.01  # a switch would have 1
+    close(np.diff(slope) / np.diff(E), 0.5 * (curvature[1:] + curvature[:-1]), 1e-5)
+    close(np.diff(psi) / np.diff(E), 0.5 * (slope[1:] + slope[:-1]), 1e-5)
+
+
+def test_sheets_are_what_of_them_lies_across_the_fibres() -> None:
+    axes = Frame.of((1.0, 1.0, 0.0), (0.0, 1.0, 0.0)).axes(np.float64)[..., 0]
+    np.testing.assert_allclose(
+        axes, np.array([[1, 1, 0], [-1, 1, 0], [0, 0, math.sqrt(2.0)]]) / math.sqrt(2.0), atol=1e-15
+    )
+    for sheets in ((2.0, 2.0, 0.0), (0.0, 0.0, 0.0)):
+        with pytest.raises(NoDirection):
+            Frame.of((1.0, 1.0, 0.0), sheets)
+    with pytest.raises(NoDirection):
+        Frame.at(np.zeros((2, 3)), None, (2, 1))
