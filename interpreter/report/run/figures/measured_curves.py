@@ -76,8 +76,8 @@ class _Measured:
         u: Floats = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
         each = {"": d.y, " + uncertainty": d.y + u, " − uncertainty": d.y - u}
         if self.agreed:
-            low, high = d.band or (d.y - u, d.y + u)
-            each = {"": d.y, ", largest": high, ", least": low}
+            least, largest = d.band or (d.y - u, d.y + u)
+            each = {"": d.y, ", largest": largest, ", least": least}
         return {
             f"{self.reference}{name}": tuple((float(d.x[i]), float(y[i])) for i in near) for name, y in each.items()
         }
