@@ -22,11 +22,12 @@ and what was measured:
     measured           surfaces and tracked points in metres, with their uncertainty
     surface, ct_volume, markers, curve, virtual_scan   how they are read or made
     values              what was published, written in the scene
+    consensus           values and curves on which several codes agreed, with their band
     tables              named columns of numbers, with the place of each defect
     surfaces, registration, smoothing, volumes  geometry that they share
 
 To add one, write a file with a frozen dataclass derived from `Reference`: fields as in `Elastica` (the scene
-language reads them), class attributes `how`, `kind`, `source` and `error_meaning`, and either `solve(cantilever) ->
+language reads them), class attributes `how`, `source` and `error_meaning`, and either `solve(cantilever) ->
 CentreLine` or `load()`, which gives a `MeasuredSurface`, `MeasuredPoints`,
 `MeasuredCurve` or `KnownValue`; then add its line to `REFERENCES`.
 Its docstring is what `dsl list` (first line) and `dsl explain` (the rest) show.
@@ -36,8 +37,9 @@ Importing this package imports neither numpy nor scipy: naming a reference costs
 
 from __future__ import annotations
 
+from softmark.references.consensus import Consensus, ConsensusCurve
 from softmark.references.ct_volume import CtVolume
-from softmark.references.curve import CurveFromFile
+from softmark.references.curve import CurveInTable
 from softmark.references.elastica import Elastica
 from softmark.references.frame_theory import FrameTheory
 from softmark.references.goodier import Goodier
@@ -70,8 +72,10 @@ REFERENCES: dict[str, type] = {
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,
-    "curve": CurveFromFile,
+    "curve": CurveInTable,
     "values": Values,
+    "consensus": Consensus,
+    "consensus_curve": ConsensusCurve,
     "ct_volume": CtVolume,
     "virtual_scan": VirtualScan,
 }

@@ -53,7 +53,6 @@ class CtVolume(Reference):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     how: ClassVar[How] = "measured"
-    kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"
 

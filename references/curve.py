@@ -29,23 +29,7 @@ NAMED = 3  # files that a source lists
 
 @dataclass(frozen=True)
 class CurveFromFile(Reference):
-    """A curve that was measured: one column of a table against another, such as force against travel or over time.
-
-    The table is a CSV file whose header names the columns; lines before it are titles. `x_unit` and `y_unit` say what
-    one unit of a column is: `1 mm`, `1 N`, or `18 mm^2 * 1 MPa` to make a force of a stress. `x_origin` and `y_origin`
-    say where the zero of the file lies in the scene. Between its rows the curve is straight. x must grow, or fall, from
-    row to row; where it turns once, as a machine that unloads, `branch` says which part is taken, and the report how
-    many rows are left out and which share of the work of loading was lost.
-
-    Every curve has an uncertainty, below which differences say nothing. `uncertainty` is that of every value: a share
-    of it, or an amount in the unit of y (which is meant where y is a plain number). `deviation` names a column with
-    that of each row. Several files, or several columns `y`, are repeats of one experiment: the curve is their mean on
-    the range that all have, and the standard deviation between them (over n - 1), straight between rows, enters the
-    uncertainty; it is that of one experiment, not of the mean. What is given in several ways is added in quadrature.
-
-    A path that begins with `data:` names a public data set, which is downloaded once.
-    Source: whoever measured it, as `citation` or the data set says.
-    """
+    """A curve in a table, one column against another, with its uncertainty."""
 
     path: Annotated[tuple[str, ...], "files", "the table, or a list of tables that are repeats"]
     x: Annotated[str, "the name of the column along which the curve goes, such as `travel` or `t`"]
@@ -63,7 +47,6 @@ class CurveFromFile(Reference):
 
     how: ClassVar[How] = "measured"
     table: ClassVar[str] = "no curve"
-    kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the files that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of a measured value, in its unit, as the scene states it"
 
@@ -76,6 +59,11 @@ class CurveFromFile(Reference):
     def repeats(self) -> int:
         """How many experiments it is the mean of."""
         return len(self.path) * len(self.y)
+
+    @property
+    def beside_y(self) -> tuple[str, ...]:
+        """The names of the columns that say how uncertain y is."""
+        return (self.deviation,) if self.deviation else ()
 
     @property
     def span(self) -> tuple[float, float]:
@@ -95,7 +83,7 @@ class CurveFromFile(Reference):
         """Every repeat in SI, and what reading found. Raises Unreadable."""
         found: list[Repeat] = []
         notes: list[str] = []
-        asked = [self.x, *self.y, *([self.deviation] if self.deviation else [])]
+        asked = [self.x, *self.y, *self.beside_y]
         for path in self.path:
             table = columns(find(path, beside), asked)
             notes += table.notes
@@ -131,15 +119,22 @@ class CurveFromFile(Reference):
         share = self.uncertainty.dimension != self.y_unit.dimension
         return self.uncertainty.value * np.abs(y) if share else np.full_like(y, self.uncertainty.value)
 
+    def _uncertain(self, table: Columns, name: str) -> list[float]:
+        """How uncertain the table says the values of column `name` are, SI. Raises Unreadable."""
+        if not self.deviation:
+            return [0.0] * len(table.lines)
+        own = table.numbers[self.deviation]
+        at = next((i for i, v in enumerate(own) if v < 0.0), None)
+        if at is not None:
+            raise Unreadable(table.name, f"line {table.lines[at]}, column `{self.deviation}`: an uncertainty is"
+                             " negative", "give how far a value may be from the true one")  # fmt: skip
+        return [abs(self.y_unit.value) * v for v in own]
+
     def _repeat(self, table: Columns, name: str) -> tuple[Repeat, str]:
         """One experiment on the branch that is asked for, and what that leaves out. Raises Unreadable."""
         x = [self.x_unit.value * v + _value(self.x_origin) for v in table.numbers[self.x]]
         y = [self.y_unit.value * v + _value(self.y_origin) for v in table.numbers[name]]
-        u = [abs(self.y_unit.value) * v for v in table.numbers[self.deviation]] if self.deviation else [0.0] * len(x)
-        at = next((i for i, v in enumerate(u) if v < 0.0), None)
-        if at is not None:
-            raise Unreadable(table.name, f"line {table.lines[at]}, column `{self.deviation}`: an uncertainty is"
-                             " negative", "give how far a value may be from the true one")  # fmt: skip
+        u = self._uncertain(table, name)
         turn = max(range(len(x)), key=lambda i: abs(x[i] - x[0]))
         parts = {"loading": slice(0, turn + 1), "unloading": slice(turn, None)}
         rows, lines = list(zip(x, y, u, strict=True)), list(table.lines)
@@ -151,6 +146,34 @@ class CurveFromFile(Reference):
             loop = Loop(sorted(both[0]), sorted(both[1]))
         left = f"{gone} of {len(rows)} rows are not of the {self.branch} and are left out" if gone else ""
         return Repeat(tuple(rows[chosen]), loop), left
+
+
+@dataclass(frozen=True)
+class CurveInTable(CurveFromFile):
+    """A curve that was measured: one column of a table against another, such as force against travel or over time.
+
+    The table is a CSV file whose header names the columns; lines before it are titles. `x_unit` and `y_unit` say what
+    one unit of a column is: `1 mm`, `1 N`, or `18 mm^2 * 1 MPa` to make a force of a stress. `x_origin` and `y_origin`
+    say where the zero of the file lies in the scene. Between its rows the curve is straight. x must grow, or fall, from
+    row to row; where it turns once, as a machine that unloads, `branch` says which part is taken, and the report how
+    many rows are left out and which share of the work of loading was lost.
+
+    Every curve has an uncertainty, below which differences say nothing. `uncertainty` is that of every value: a share
+    of it, or an amount in the unit of y (which is meant where y is a plain number). `deviation` names a column with
+    that of each row. Several files, or several columns `y`, are repeats of one experiment: the curve is their mean on
+    the range that all have, and the standard deviation between them (over n - 1), straight between rows, enters the
+    uncertainty; it is that of one experiment, not of the mean. What is given in several ways is added in quadrature.
+
+    `kind` says what it is worth as a truth, where it was not measured: digitised from a figure, what one code computed,
+    a theory's. What several codes computed is a `consensus_curve`.
+
+    A path that begins with `data:` names a public data set, which is downloaded once.
+    Source: whoever measured it, as `citation` or the data set says.
+    """
+
+    kind_: Annotated[Literal["measurement", "theory", "one_code", "digitised"], "what kind of truth it is"] = (
+        "measurement"
+    )
 
 
 @dataclass(frozen=True)
@@ -216,6 +239,7 @@ class MeasuredCurve:
     spread: float  # the largest standard deviation between repeats, in the unit of y
     notes: tuple[str, ...] = ()
     loops: tuple[Loop, ...] = ()  # of repeats with a way there and one back
+    band: tuple[Array, Array] | None = None  # (n,) each: where it is not y - u to y + u
 
     @property
     def lost(self) -> float | None:

@@ -38,7 +38,7 @@ class Elastica(Reference):
         float | None, "Pa in (0, inf)", "another modulus than the body's, where one is to be identified"
     ] = None
 
-    kind: ClassVar[str] = "ordinary differential equation"
+    means: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3)"
     error_meaning: ClassVar[str] = (
         "numerical error of the displacement, m: the change between the last two resolutions, plus rounding"

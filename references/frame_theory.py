@@ -370,7 +370,7 @@ class FrameTheory(Reference):
 
     wired: ClassVar[bool] = True
     about: ClassVar[About] = "frame"
-    kind: ClassVar[str] = "linear theory"
+    means: ClassVar[str] = "linear"
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"
     error_meaning: ClassVar[str] = "of the displacement of any point, m: what is of second order in the load"
 

@@ -33,7 +33,7 @@ class Goodier(Reference):
 
     about: ClassVar[About] = "sphere"
     with_stress: ClassVar[bool] = True
-    kind: ClassVar[str] = "closed form"
+    means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Goodier 1933, Trans. ASME 55, 39-44; Eshelby 1957, Proc. R. Soc. A 241, 376-396"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 

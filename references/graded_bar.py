@@ -140,7 +140,7 @@ class GradedBar(Reference):
 
     graded: ClassVar[bool] = True
     about: ClassVar[About] = "bar"
-    kind: ClassVar[str] = "closed form"
+    means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials I, article 3"
     error_meaning: ClassVar[str] = (
         "of the displacement of the free end, m: what two quadratures of it differ by, and rounding"

@@ -159,7 +159,7 @@ class Inflation(Reference):
     body: Annotated[Any, "body", "the ball"]
 
     about: ClassVar[About] = "inflation"
-    kind: ClassVar[str] = "closed form"
+    means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Green and Shield 1950, Proc. R. Soc. A 202, 407-419; Ogden 1984, section 5.3"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: one integral, by Gauss's rule to rounding"
 

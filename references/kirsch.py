@@ -32,7 +32,7 @@ class Kirsch(Reference):
 
     about: ClassVar[About] = "hole"
     with_stress: ClassVar[bool] = True
-    kind: ClassVar[str] = "closed form"
+    means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 

@@ -64,7 +64,6 @@ class TrackedPoints(Reference):
 
     how: ClassVar[How] = "measured"
     table: ClassVar[str] = "no table of tracked points"
-    kind: ClassVar[str] = "experimental"
     source: ClassVar[str] = "the file that the scene names"
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"
 

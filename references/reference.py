@@ -5,6 +5,10 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 How = Literal["solved", "measured", "refined", "scanned"]
+Kind = Literal["theory", "measurement", "consensus", "one_code", "digitised", "published", "own_models", "virtual_scan"]
+KINDS: dict[How, Kind] = {
+    "solved": "theory", "measured": "measurement", "refined": "own_models", "scanned": "virtual_scan",
+}  # fmt: skip
 About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere", "hole", "relaxing", "frame"]
 
 
@@ -24,9 +28,21 @@ class Reference:
     with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[About] = "cantilever"  # what it is solved for
-    kind: ClassVar[str]  # what it is, in a word or two
+    means: ClassVar[str] = ""  # of a theory, by what it is solved: `closed form`
+    usual: ClassVar[Kind | None] = None  # its kind, where `how` does not tell it
     source: ClassVar[str]  # who says so
     error_meaning: ClassVar[str]  # what its estimated error bounds
+
+    @classmethod
+    def usually(cls) -> str:
+        """What kind of truth it is where the scene says no other, as people read it: `one code`."""
+        return (cls.usual or KINDS[cls.how]).replace("_", " ")
+
+    @property
+    def kind(self) -> str:
+        """What kind of truth it is, as people read it: everything that names a reference says so."""
+        said: str = vars(self).get("kind_") or ""
+        return said.replace("_", " ") or self.usually()
 
     @property
     def registered(self) -> str:

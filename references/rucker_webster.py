@@ -27,7 +27,7 @@ class RuckerWebster(Reference):
     body: Annotated[Any, "body", "the straight beam, clamped at one end, that tendons drive"]
 
     about: ClassVar[About] = "tendons"
-    kind: ClassVar[str] = "ordinary differential equation"
+    means: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Rucker and Webster 2011, IEEE Trans. Robot. 27, 1033-1044"
     error_meaning: ClassVar[str] = (
         "numerical error of the displacement, m: the change from steps twice as long, plus rounding"

@@ -37,7 +37,7 @@ class SelfConverged(Reference):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     how: ClassVar[How] = "refined"
-    kind: ClassVar[str] = "own solutions, extrapolated"
+    means: ClassVar[str] = "extrapolated"
     source: ClassVar[str] = (
         "the scene's own models and this solver, refined (Celik et al. 2008): checks discretisation, not the code"
     )

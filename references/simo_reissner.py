@@ -43,7 +43,7 @@ class SimoReissner(Reference):
         float | None, "Pa in (0, inf)", "another modulus than the body's, where one is to be identified"
     ] = None
 
-    kind: ClassVar[str] = "ordinary differential equation"
+    means: ClassVar[str] = "ordinary differential equation"
     source: ClassVar[str] = "Reissner 1972, ZAMP 23:795; Simo 1985, Comput. Methods Appl. Mech. Eng. 49:55"
     error_meaning: ClassVar[str] = (
         "numerical error of the displacement, m: the change between the last two resolutions, plus rounding"

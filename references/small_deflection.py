@@ -33,7 +33,7 @@ class SmallDeflection(Reference):
 
     body: Annotated[Any, "body", "the straight beam, clamped at one end, that gravity bends"]
 
-    kind: ClassVar[str] = "closed form"
+    means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials, part I, chapter 5"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 

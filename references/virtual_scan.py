@@ -90,7 +90,6 @@ class VirtualScan(Reference):
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None
 
     how: ClassVar[How] = "scanned"
-    kind: ClassVar[str] = "virtual measurement"
     source: ClassVar[str] = "the computed shape of a model of the scene"
     error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the shape scanned, m"
 

@@ -31,6 +31,8 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.interpreter.vocabulary.probes import Nodes
 from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.references.curve import CurveFromFile
+from softmark.references.values import GivenValues
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
@@ -340,7 +342,7 @@ def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Measured curves, and what is compared with them."""
     loops = any(m.thing.of_all_states for m in scene.of_kind("metric").values())
-    if loops or any(d.constructor.name == "curve" for d in scene.of_kind("reference").values()):
+    if loops or any(isinstance(d.thing, CurveFromFile) for d in scene.of_kind("reference").values()):
         from softmark.interpreter.front import curves
 
         yield from curves.faults(scene, found)
@@ -348,7 +350,7 @@ def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _given_values(scene: Scene) -> Iterator[Diagnostic]:
     """Values that a scene gives for all its states, and what is held against them."""
-    if any(d.constructor.name == "values" for d in scene.of_kind("reference").values()):
+    if any(isinstance(d.thing, GivenValues) for d in scene.of_kind("reference").values()):
         from softmark.interpreter.front import values
 
         yield from values.faults(scene)

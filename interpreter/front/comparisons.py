@@ -33,7 +33,7 @@ from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
-from softmark.references.values import Values
+from softmark.references.values import GivenValues
 
 Known = Literal["field", "surface", "points", "curve", "value"]
 
@@ -60,7 +60,7 @@ def known_of(reference: Declared) -> Known:
         return "points"
     if isinstance(reference.thing, CurveFromFile):
         return "curve"
-    if isinstance(reference.thing, Values):
+    if isinstance(reference.thing, GivenValues):
         return "value"
     return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 

@@ -14,6 +14,7 @@ from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
+from softmark.references.consensus import ConsensusCurve
 from softmark.references.curve import CurveFromFile
 from softmark.references.measured import Unreadable
 
@@ -41,7 +42,9 @@ def _curves(scene: Scene) -> list[Declared]:
 def _stated(reference: Declared) -> Iterator[Diagnostic]:
     """Its uncertainty, and amounts that are of the dimensions of its columns."""
     thing: CurveFromFile = reference.thing
-    if thing.uncertainty is None and not thing.deviation and thing.repeats == 1:
+    if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
+        yield fault
+    elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
         yield diagnostic("E408", reference.at(), f"nothing says how uncertain `{reference.name}` is", "how far off?",
                          "give `uncertainty = 2 %` or an amount, name the column of each value's with"
                          " `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
@@ -53,6 +56,30 @@ def _stated(reference: Declared) -> Iterator[Diagnostic]:
             yield diagnostic("E204", reference.at(field), f"expected {units.named(due)}, found {found}", found,
                              f"column {of} is {units.named(due)}: give `{field}` in"
                              f" {units.usual(due)}{more}")  # fmt: skip
+
+
+def _band(reference: Declared) -> Diagnostic | None:
+    """A band of which one end is missing, or that is said in two ways; and no word of how many codes there are."""
+    thing: ConsensusCurve = reference.thing
+    ends = [field for field in ("low", "high") if getattr(thing, field)]
+    why, field = "", ends[0] if ends else ""
+    if len(ends) == 1:
+        why = f"the band of `{reference.name}` has no `{'high' if ends == ['low'] else 'low'}`"
+    elif ends and (thing.deviation or thing.uncertainty is not None or thing.repeats > 1):
+        why = f"the band of `{reference.name}` is said in two ways"
+    if why:
+        return diagnostic("E226", reference.at(field), why, "from where to where?",
+                          "give the columns `low` and `high` of one table, or `deviation` or `uncertainty`, or a curve"
+                          " of each code")  # fmt: skip
+    if thing.agreed < 2:
+        return diagnostic("E226", reference.at(), f"nothing says how many codes agreed on `{reference.name}`",
+                          "how many?", "give `codes`, or the curve of each: `path = [...]` or `y = [...]`"
+                          )  # fmt: skip
+    if thing.codes is not None and 1 < thing.repeats != thing.codes:
+        return diagnostic("E226", reference.at("codes"), f"`{reference.name}` has {thing.repeats} curves, and is said"
+                          f" to be of {thing.codes} codes", "not as many", "leave `codes` out: every curve is one"
+                          )  # fmt: skip
+    return None
 
 
 def _named(reference: Declared) -> Iterator[Diagnostic]:

@@ -18,7 +18,7 @@ from softmark.interpreter.vocabulary.courses import State
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
 from softmark.references.measured import Unreadable
-from softmark.references.values import Values
+from softmark.references.values import GivenValues
 
 MOST = 1000  # states of one analysis
 STEPS = 100_000  # of one quasistatic analysis
@@ -165,7 +165,9 @@ def _as_many(reference: Declared, count: int) -> Diagnostic | None:
 
 
 def _measured_once(reference: Declared) -> bool:
-    many = isinstance(reference.thing, CurveFromFile | Values)  # what was measured all along, or says of what it is
+    many = isinstance(
+        reference.thing, CurveFromFile | GivenValues
+    )  # what was measured all along, or says of what it is
     return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 

@@ -12,39 +12,114 @@ from softmark.interpreter.language.states import states_of
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.references.values import Values
+from softmark.references.consensus import Consensus
+from softmark.references.values import GivenValues
+
+SHARES = ("uncertainty", "spread")  # fields that may be a share of the value
+WIDE = {
+    True: 1.0,
+    False: 2.0,
+}  # times the value: the widths of a band of codes, and of an uncertainty, that say nothing
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """All of it, of the scene with its states."""
     wrong: set[str] = set()
+    blamed: set[str] = set()  # by a metric, of which one word is enough
+    doubts: list[tuple[str, Diagnostic]] = []
     for reference in scene.of_kind("reference").values():
-        if isinstance(reference.thing, Values):
-            told = [*_uncertain(reference), *_as_many(scene, reference)]
-            wrong |= {reference.name} if told else set()
-            yield from told
+        if isinstance(reference.thing, GivenValues):
+            told = [*_uncertain(reference), *_as_many(scene, reference)] or [*_ends(reference)]
+            refused = [d for d in told if d.severity == "error"]
+            wrong |= {reference.name} if refused else set()
+            doubts += [(reference.name, d) for d in told if d.severity != "error"]
+            yield from refused
     for metric in scene.of_kind("metric").values():
         if isinstance(metric.thing, ErrorOfValue) and metric.thing.against not in wrong:
-            yield from _held(scene, metric)
+            yield from (refused := [*_held(scene, metric)])
+            blamed |= {metric.thing.against} if refused else set()
+    yield from (d for name, d in doubts if name not in blamed)
 
 
 # ------------------------------------------------------------------ the values
 
 
 def _uncertain(reference: Declared) -> Iterator[Diagnostic]:
-    """An uncertainty that is neither of the dimension of the values nor a share, or of another number of values."""
-    thing: Values = reference.thing
-    due, given = thing.values.dimension, thing.uncertainty.dimension
-    if given not in (due, units.NONE):
-        name, found = units.named(due), units.named(given)
-        yield diagnostic("E204", reference.at("uncertainty"), f"expected {name}, found {found}", found,
-                         f"the values are {name}: give `uncertainty` in {units.usual(due)}, or a share in %"
+    """What says how far values may be off: of another dimension, no share of one, or of another number of values."""
+    if not reference.thing.source_.strip():
+        word = reference.constructor.name
+        yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "nobody says so",
+                         "`source` is who says so: a paper and its table, a code and its version, who measured it"
                          )  # fmt: skip
-    count, own = len(thing.values.values), len(thing.uncertainty.values)
-    if own not in (1, count):
-        yield diagnostic("E224", reference.at("uncertainty"),
-                         f"`{reference.name}` has {_count(count, 'value')} and {own} uncertainties", "not one for each",
+        return
+    if isinstance(reference.thing, Consensus) and (fault := _band(reference)) is not None:
+        yield fault
+        return
+    for field in reference.thing.lists:
+        if reference.value(field) is not None:
+            yield from _field(reference, field)
+
+
+def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
+    values, own = reference.thing.values, reference.value(field)
+    shares = field in SHARES
+    due, given = values.dimension, own.dimension
+    if given != due and not (shares and given == units.NONE):
+        name, found = units.named(due), units.named(given)
+        more = ", or a share in %" if shares else ""
+        yield diagnostic("E204", reference.at(field), f"expected {name}, found {found}", found,
+                         f"the values are {name}: give `{field}` in {units.usual(due)}{more}"
+                         )  # fmt: skip
+    count, each = len(values.values), len(own.values)
+    if each not in (1, count):
+        noun = "uncertainties" if field == "uncertainty" else f"in `{field}`"
+        yield diagnostic("E224", reference.at(field),
+                         f"`{reference.name}` has {_count(count, 'value')} and {each} {noun}", "not one for each",
                          "give one that holds for all, or as many as values, in the same order")  # fmt: skip
+
+
+def _band(reference: Declared) -> Diagnostic | None:
+    """A band that is not said, said in two ways, or of which one end is missing."""
+    said = [field for field in reference.thing.lists if reference.value(field) is not None]
+    if said in (["spread"], ["low", "high"]):
+        return None
+    name, why, at = reference.name, "nothing says how far the codes of `{}` lie apart", reference.at()
+    if "spread" in said:
+        why, at = "the band of `{}` is said in two ways", reference.at("spread")
+    elif said:
+        other = "high" if said == ["low"] else "low"
+        why, at = f"the band of `{{}}` has no `{other}`", reference.at(said[0])
+    return diagnostic("E226", at, why.format(name), "from where to where?",
+                      "give `spread`, an amount or a share on both sides, or `low` and `high`")  # fmt: skip
+
+
+def _ends(reference: Declared) -> Iterator[Diagnostic]:
+    """A band in which the value does not lie, or that has no width; one so wide that it says nothing."""
+    name, dimension = reference.name, reference.thing.values.dimension
+    agreed = isinstance(reference.thing, Consensus)
+    for known in reference.thing.each:
+        low, high = known.ends
+        value, *ends = (units.show(v, dimension) for v in (known.value, low, high))
+        said = reference.thing.lists[0]
+        at = reference.at(said if reference.value(said) is not None else "low" if known.value < low else "high")
+        if not low <= known.value <= high:
+            yield diagnostic("E227", at, f"the value of `{name}`, {value}, does not lie in its band, {ends[0]} to"
+                             f" {ends[1]}", "beyond the value",
+                             "that on which codes agreed lies between the least and the largest of theirs"
+                             )  # fmt: skip
+            return
+        if low == high and reference.thing.kind != "theory":
+            yield diagnostic("W359", at, f"no model will agree with `{name}`, which is said to be {value} to the last"
+                             " digit", "no width",
+                             "a printed number is known to half its last digit; `kind = theory` of `values` is exact"
+                             )  # fmt: skip
+            return
+        if high - low > WIDE[agreed] * abs(known.value) > 0.0:
+            one = f"the codes of `{name}` lie" if agreed else f"`{name}` lies anywhere"
+            yield diagnostic("W360", at, f"{one} between {ends[0]} and {ends[1]}, which says little of {value}",
+                             "as wide as the value", "to be within says little of a model: correct the band, or expect"
+                             " nothing of it")  # fmt: skip
+            return
 
 
 def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
@@ -79,7 +154,7 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """The metric must be measured from nothing, and of the dimension of the values, none of which is zero."""
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
-    if not isinstance(reference.thing, Values):
+    if not isinstance(reference.thing, GivenValues):
         return  # said of all comparisons
     if of.thing.measured_from is not None:
         yield diagnostic("E509", metric.at("of"), f"`{of.name}` is an error already, and no measurement", "no number",
@@ -103,12 +178,14 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 def _relative(metric: Declared, reference: Declared) -> Iterator[Diagnostic]:
     """What the difference is relative to must not be zero."""
     by_value = metric.thing.relative_to == "value"
-    sizes = [known.value if by_value else known.uncertainty for known in reference.thing.each]
+    sizes = [known.value if by_value else min(known.sides) for known in reference.thing.each]
     if all(sizes):
         return
-    one = "a value" if by_value else "an uncertainty"
+    banded = isinstance(reference.thing, Consensus)
+    one = "a value" if by_value else "a band that ends at its value, a side" if banded else "an uncertainty"
     help = "divide by the uncertainty instead: `relative_to = uncertainty`"
     if not by_value:
         help = f"give `{reference.name}` an uncertainty, in the unit of its values, or leave `relative_to` out"
+        help = "give it a width on both sides, or leave `relative_to` out" if banded else help
     yield diagnostic("E225", metric.at("against"), f"`{reference.name}` has {one} of zero, and nothing is relative to"
                      " that", "zero", help)  # fmt: skip

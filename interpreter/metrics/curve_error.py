@@ -44,11 +44,11 @@ class CurveError(OfCurves):
     the difference is largest, of `slope` the most that it could tilt the line. Beside its value a report has covered,
     the share of the reference's range that is judged, and where it begins and ends; rms and largest of the difference
     in the unit of the metric, and where it is largest; r_squared; and inside, the share of the range on which the
-    difference is below the uncertainty.
+    difference is below the uncertainty, or the curve inside the band of codes.
     """
 
     of: Annotated[str, "metric", "the metric whose curve is looked at"]
-    against: Annotated[str, "reference", "the measured curve, a reference `curve`"]
+    against: Annotated[str, "reference", "the measured curve, a reference `curve`, or a `consensus_curve`"]
     over: Annotated[str | None, "metric", "at rest: the metric along which the curve goes, such as the travel"] = None
     statistic: Annotated[Statistic, "what the differences are summed up by"] = "rms"
     initial: Annotated[float, "1 in (0, 1]", "of `slope`: which part of the range counts as its beginning"] = 0.1
@@ -72,7 +72,7 @@ class CurveError(OfCurves):
             "covered_share": over.covered, f"from_{along}": float(over.x[0]), f"to_{along}": float(over.x[-1]),
             f"rms_{own}": curves.rms(over.x, over.d), f"largest_{own}": float(np.abs(over.d[at])),
             f"largest_at_{along}": float(over.x[at]), "r_squared": _explained(over),
-            "inside_share": curves.within(over.x, over.d, over.u),
+            "inside_share": over.inside,
         }  # fmt: skip
         return Measurement(value, details, uncertainty=uncertainty, curve=seen.curve)
 

@@ -26,13 +26,15 @@ class Curve:
     """Values y (n,) at x (n,), straight between them, and how far y may be from the true one, u (n,), all SI.
 
     `lost`, of a curve with a way there and one back: between two x, the share of the work of loading that unloading did
-    not give back, and its uncertainty; None where it does not go over these on both ways.
+    not give back, and its uncertainty; None where it does not go over these on both ways. `band` (n,) each: from where
+    to where y may be, where that is not as far on both sides.
     """
 
     x: Floats
     y: Floats
     u: Floats
     lost: Callable[[float, float], tuple[float, float] | None] | None = None
+    band: tuple[Floats, Floats] | None = None
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,15 @@ class Overlay:
     r: Floats
     u: Floats
     covered: float
+    band: tuple[Floats, Floats] | None = None  # (k,) each, where it is not r - u to r + u
+
+    @property
+    def inside(self) -> float:
+        """The share of the range on which the curve lies in the band of the reference."""
+        if self.band is None:
+            return within(self.x, self.d, self.u)
+        low, high = self.band
+        return within(self.x, self.y - 0.5 * (low + high), 0.5 * (high - low))
 
     @property
     def d(self) -> Floats:
@@ -78,7 +89,9 @@ def overlay(x: Floats, y: Floats, reference: Curve, unit: str = "(SI)") -> Overl
     every = np.unique(np.concatenate([[low], x, reference.x, [high]]))
     at = every[(every >= low) & (every <= high)]
     r, u = np.interp(at, reference.x, reference.y), np.interp(at, reference.x, reference.u)
-    return Overlay(at, np.interp(at, x, y), r, u, float((high - low) / (reference.x[-1] - reference.x[0])))
+    own = reference.band
+    band = None if own is None else (np.interp(at, reference.x, own[0]), np.interp(at, reference.x, own[1]))
+    return Overlay(at, np.interp(at, x, y), r, u, float((high - low) / (reference.x[-1] - reference.x[0])), band)
 
 
 def _grown(x: Floats, y: Floats) -> tuple[Floats, Floats]:

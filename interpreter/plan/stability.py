@@ -18,7 +18,7 @@ from softmark.interpreter.problem.case import Fault, body_of
 from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass
 
-TOLD = ("curve", "values")  # references that know of the body as it is, and of no other
+TOLD = ("curve", "values", "consensus", "consensus_curve")  # they know of the body as it is, and of no other
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
@@ -126,7 +126,8 @@ def _why_not(scene: Scene, name: str) -> str:
         what = "cannot tell"
         why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
         if isinstance(thing, OfCurves | ErrorOfValue):
-            why = f"`{against}` was measured of this body as it is, and says nothing of others"
+            how = "agreed on" if scene.declared[against].thing.kind == "consensus" else "measured"
+            why = f"`{against}` was {how} of this body as it is, and says nothing of others"
     return f"`{name}` {what} right from wrong: {why}"
 
 

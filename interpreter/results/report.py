@@ -118,17 +118,22 @@ class SeenSurface:
 
 @dataclass(frozen=True)
 class SeenCurve:
-    """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,)."""
+    """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,).
+
+    `band` (n,) each, of one that is not as uncertain on both sides: from where to where it goes.
+    """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     units: tuple[str, str]
     uncertainty: NDArray[np.float64] | None = None
+    band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
-        return own if self.uncertainty is None else {**own, "uncertainty": self.uncertainty.tolist()}
+        own |= {} if self.uncertainty is None else {"uncertainty": self.uncertainty.tolist()}
+        return own if self.band is None else {**own, "low": self.band[0].tolist(), "high": self.band[1].tolist()}
 
 
 @dataclass(frozen=True)
@@ -263,6 +268,12 @@ class ReferenceResult:
     drawn: SeenCurve | None = None  # one that was measured
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
+    means: str = ""  # of a theory: by what it was solved
+
+    @property
+    def about(self) -> str:
+        """Its kind, and by what it was solved."""
+        return f"{self.kind}, {self.means}" if self.means else self.kind
 
     def curve(self, metric: str) -> Curve:
         """A metric from state to state. Raises KeyError for one that it does not have."""
@@ -274,6 +285,7 @@ class ReferenceResult:
             "status": self.status,
             "message": self.message,
             "kind": self.kind,
+            **({"means": self.means} if self.means else {}),
             "source": self.source,
             "estimated_error": self.estimated_error,
             "facts": dict(self.facts),

@@ -22,6 +22,7 @@ from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
 from softmark.records import dataclass
+from softmark.references.consensus import ConsensusCurve
 from softmark.references.curve import MeasuredCurve
 from softmark.references.measured import MeasuredSurface
 from softmark.references.values import KnownValue
@@ -87,7 +88,9 @@ def _measurement(work: Work, declared: Declared) -> Any:
 def _failed(work: Work, declared: Declared, message: str) -> None:
     cls, case = type(declared.thing), work.case(declared)
     work.views[declared.name] = View(declared.name, case.body.name, case, message)
-    work.references[declared.name] = ReferenceResult(declared.name, "failed", message, cls.kind, cls.source)
+    work.references[declared.name] = ReferenceResult(
+        declared.name, "failed", message, declared.thing.kind, cls.source, means=cls.means
+    )
 
 
 def _reference(work: Work, declared: Declared) -> None:
@@ -148,33 +151,38 @@ def _keep_reference(
         at_rest=more.rest, stress=more.stress, doubt=more.doubt,
     )  # fmt: skip
     work.references[declared.name] = ReferenceResult(
-        declared.name, "converged", None, cls.kind, cls.source, error, seen, facts=clean(facts or {})
-    )
+        declared.name, "converged", None, declared.thing.kind, cls.source, error, seen, facts=clean(facts or {}),
+        means=cls.means,
+    )  # fmt: skip
 
 
 def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
     """A curve: it has no displacements of points."""
     cls, case, thing = type(declared.thing), work.case(declared), declared.thing
     work.views[declared.name] = View(
-        declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between)
+        declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between, data.band)
     )
     chosen = picked(len(data.x), DRAWN)
     named = tuple(units.si(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
-    drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen])
+    band = None if data.band is None else (data.band[0][chosen], data.band[1][chosen])
+    drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen], band)
     facts = {
         "uncertainty": data.resolution, "unit": named[1], "repeats": data.repeats, "spread": data.spread,
         "rows": len(data.x), "from": data.x[0], "to": data.x[-1], "lost": data.lost, "notes": list(data.notes),
     }  # fmt: skip
-    found = ("converged", None, cls.kind, data.source or cls.source)  # its error is no length, but in its facts
+    facts |= {"codes": thing.agreed} if isinstance(thing, ConsensusCurve) else {}
+    found = ("converged", None, thing.kind, data.source or cls.source)  # its error is no length, but in its facts
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts), drawn=drawn)
 
 
 def _keep_value(work: Work, declared: Declared, data: KnownValue) -> None:
     """A value of one state: it has no displacements of points."""
-    cls, case, unit = type(declared.thing), work.case(declared), units.si(declared.thing.values.dimension)
+    case, unit = work.case(declared), units.si(declared.thing.values.dimension)
     work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
     facts = {"value": data.value, "uncertainty": data.uncertainty, "unit": unit}
-    found = ("converged", None, cls.kind, data.source)  # its error is no length, but in its facts
+    if data.band is not None:
+        facts |= {"low": data.band[0], "high": data.band[1], "codes": data.codes}
+    found = ("converged", None, declared.thing.kind, data.source)  # its error is no length, but in its facts
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=clean(facts))
 
 
@@ -210,7 +218,7 @@ def _keep_measured(work: Work, declared: Declared, data: Any) -> None:
         declared.name,
         "converged",
         None,
-        cls.kind,
+        declared.thing.kind,
         data.source or cls.source,
         resolution,
         seen,

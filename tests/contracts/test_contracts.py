@@ -175,7 +175,7 @@ def test_references(name: str) -> None:
     cls = REFERENCES[name]
     assert issubclass(cls, Reference)
     assert cls.how in get_args(How)
-    assert all(len(text) > 5 for text in (cls.kind, cls.source, cls.error_meaning))
+    assert all(len(text) > 5 for text in (cls.usually(), cls.source, cls.error_meaning))
     assert f"Source: {cls.source}" in _constructor(Constructor(name, "reference", cls, _fields(cls)))
 
 

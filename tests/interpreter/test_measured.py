@@ -81,7 +81,7 @@ def test_a_virtual_scan_is_right_to_a_fifth_of_a_millimetre(
     gap = data["models"]["rod"]["metrics"]["gap"]
     assert 0 < gap["value"] < 0.2e-3
     image = data["references"]["image"]
-    assert image["kind"] == "virtual measurement"
+    assert image["kind"] == "virtual scan"
     assert 0 < image["estimated_error"] < 0.2e-3
     assert gap["uncertainty"] == image["estimated_error"]
     assert any("imaging chain" in note for note in image["facts"]["notes"])

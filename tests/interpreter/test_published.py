@@ -141,7 +141,7 @@ def test_the_scan_has_no_displacements(data: dict[str, Any]) -> None:
     """A surface was measured, not where its points came from: it has metrics of no probe."""
     assert data["references"]["scan"]["probes"] == {}
     assert data["references"]["scan"]["metrics"] == {}
-    assert data["references"]["scan"]["kind"] == "experimental"
+    assert data["references"]["scan"]["kind"] == "measurement"
 
 
 def test_springs_fitted_to_the_scan_say_so(report: softmark.Report) -> None:

@@ -74,7 +74,7 @@ def model(name: str, outline: str, dofs: int, eta: float | None, gap: float | No
 def report(*models: ModelResult, text: str = SCENE, **changes: Any) -> Report:
     references = {
         n: ReferenceResult(n, "converged", None, kind, "us", 1e-15, {"axis": LINE}, {})
-        for n, kind in (("theory", "closed form"), ("scan", "experimental"))
+        for n, kind in (("theory", "closed form"), ("scan", "measurement"))
     }
     own = Report(
         {"title": "Families", "file": "f.scene", "text": text},
@@ -272,7 +272,7 @@ def two() -> Report:
         "theory": ReferenceResult(
             "theory", "converged", None, "closed form", "us", None, {"axis_l": LINE}, {}, SeenSurface(*box())
         ),
-        "scan": ReferenceResult("scan", "converged", None, "experimental", "us", None),
+        "scan": ReferenceResult("scan", "converged", None, "measurement", "us", None),
     }
     models = {"a": one("a", "l", 0.1, 0.54), "b": one("b", "r", 0.2, 3.77), "lost": lost}
     return Report({"title": "Two", "file": "t.scene", "text": TWO}, {}, models, references, (), (), names=names_in(TWO))

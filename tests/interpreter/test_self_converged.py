@@ -366,7 +366,7 @@ def test_metrics_carry_its_uncertainty(report: softmark.Report) -> None:
 
 def test_the_report_says_what_it_is_worth(report: softmark.Report) -> None:
     known = report.references["truth"].to_json()
-    assert known["kind"] == "own solutions, extrapolated"
+    assert (known["kind"], known["means"]) == ("own models", "extrapolated")
     assert "checks discretisation, not the code" in known["source"]
     methods = known["facts"]["methods"]
     assert known["facts"]["taken"] in methods

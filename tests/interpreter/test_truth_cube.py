@@ -117,6 +117,6 @@ def test_a_state_that_starts_from_the_one_before_ends_where_it_would_from_rest(
 
 def test_references_say_what_they_are(report: softmark.Report) -> None:
     for reference in (report.references["beads"], *report.references["beads"].each):
-        assert reference.kind == "experimental"
+        assert reference.kind == "measurement"
         assert "Kerdok" in reference.source
         assert reference.estimated_error == pytest.approx(0.3e-3)

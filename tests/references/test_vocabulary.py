@@ -23,13 +23,11 @@ def test_naming_the_references_imports_no_numerics() -> None:
 @pytest.mark.parametrize("name", REFERENCES)
 def test_reference_documents_itself(name: str) -> None:
     reference: Any = REFERENCES[name]
-    kinds = (
-        "closed form", "ordinary differential equation", "own solutions, extrapolated", "experimental",
-        "virtual measurement",
-    )  # fmt: skip
-    assert reference.kind in kinds
+    kinds = ("theory", "measurement", "consensus", "published", "own models", "virtual scan")
+    assert reference.usually() in kinds
+    assert bool(reference.means) == (reference.usually() in ("theory", "own models"))
     assert len(reference.source.splitlines()) == 1
-    assert reference.error_meaning.endswith(("rounding", "exactly", "states it", "scanned, m"))
+    assert reference.error_meaning.endswith(("rounding", "exactly", "states it", "scanned, m", "in the load"))
     first, blank, *rest = (inspect.getdoc(reference) or "").splitlines()
     assert first.endswith(".")
     assert not blank

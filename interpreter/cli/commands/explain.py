@@ -202,7 +202,8 @@ def _constructor(c: Constructor) -> str:
         lines.append("  none")
     lines += ["", f"Example: {c.kind} NAME = {_example(c)}"]
     if issubclass(c.cls, Reference):
-        lines += ["", f"Source: {c.cls.source}"]
+        about = f"{c.cls.usually()}, {c.cls.means}" if c.cls.means else c.cls.usually()
+        lines += ["", f"Kind: {about}", f"Source: {c.cls.source}"]
     if c.kind == "model" and (measured := ranges.lines(c.name)):
         lines += ["", *measured]
     return "\n".join(lines)

@@ -66,7 +66,14 @@ def _constructors(kind: str) -> Rows:
     from softmark.interpreter.front.catalogue import CATALOGUE
 
     found = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
-    return [(c.name, c.summary) for c in found if c is not None]
+    return [(c.name, _kind(c.cls) + c.summary) for c in found if c is not None]
+
+
+def _kind(cls: type) -> str:
+    """Of a reference what kind of truth it is: `theory: `."""
+    from softmark.references.reference import Reference
+
+    return f"{cls.usually()}: " if issubclass(cls, Reference) else ""
 
 
 def _library() -> Rows:

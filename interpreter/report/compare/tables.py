@@ -97,7 +97,8 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
     if error is None:
         return cell(DASH, point.metric(metric).reason or "not measured" if point.solved else "")
     starred = point.key in known.front
-    said = view.amount(error, metric) + (" †" if error < known.uncertainty else "") + (" ★" if starred else "")
+    within = point.within(metric, known.uncertainty)
+    said = view.amount(error, metric) + (" †" if within else "") + (" ★" if starred else "")
     return cell(said, best=starred)
 
 

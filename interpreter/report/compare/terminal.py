@@ -110,7 +110,7 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
     error, own = point.error(metric), view.metrics.get(metric)
     if error is None or own is None:
         return "-  "
-    within = "†" if error < own.uncertainty else " "
+    within = "†" if point.within(metric, own.uncertainty) else " "
     return _spoken(view.amount(error, metric)) + within + ("*" if point.key in own.front else " ")
 
 
@@ -144,4 +144,4 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
 
 
 def _within(view: SceneView, point: ComparedPoint) -> bool:
-    return any((e := point.error(m)) is not None and e < own.uncertainty for m, own in view.metrics.items())
+    return any(point.within(m, own.uncertainty) for m, own in view.metrics.items())

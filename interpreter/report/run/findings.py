@@ -164,7 +164,7 @@ class Findings:
         where = f"{self.of_last.strip()}, " if self.of_last else ""
         said = [where + words for words in self.closest()]
         known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
-        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "experimental")
+        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "measurement")
         chosen = dict.fromkeys([0, next(measured, 0)])
         yield from (said[i] for i in chosen if i < len(said))
 
@@ -232,3 +232,9 @@ def value_of(result: Result, metric: str) -> float | None:
     """The value of a metric, None where there is none."""
     found = result.metrics.get(metric)
     return None if found is None or found.value is None else float(found.value)
+
+
+def worth(reference: ReferenceResult) -> str:
+    """What kind of truth a reference is: `consensus of 3 codes`."""
+    codes = reference.facts.get("codes")
+    return f"{reference.kind} of {codes} codes" if codes else reference.about

@@ -15,7 +15,7 @@ from softmark.interpreter.language.amounts import as_asked, negligible
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
 from softmark.interpreter.report.run.figures import over_states
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
-from softmark.interpreter.report.run.tables import reactions, vouching
+from softmark.interpreter.report.run.tables import agreement, reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
 from softmark.records import dataclass
@@ -52,7 +52,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
     notes = [*_uncertain(report), *_doubted(report), *_reasons(report), *_said(report), *_read(report)]
-    if notes := [*notes, *vouching.lines(report), *reactions.lines(report)]:
+    if notes := [*notes, *agreement.lines(findings), *vouching.lines(report), *reactions.lines(report)]:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]
@@ -92,6 +92,7 @@ class _Paint:
         return self._wrap(text, "31")
 
 
+REFERENCE = "reference: "  # and its kind
 EFFORT = ("unknowns", "newton", "time", "")
 
 
@@ -131,14 +132,14 @@ class _Rows:
         lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
         for row in rows:
             line = _line([row[i] for i in chosen], own, last)
-            lines.append(line if row[-1] in ("ok", "reference") else self.paint.bad(line))
+            lines.append(line if row[-1] == "ok" or row[-1].startswith(REFERENCE) else self.paint.bad(line))
         return "\n".join(lines)
 
     def _row(self, name: str, result: Result) -> list[str]:
         values = [self._value(result, m) for m in self.metrics]
         if isinstance(result, ModelResult):
             return [name, *values, *_effort(result)]
-        end = "reference" if result.status == "converged" else result.status
+        end = REFERENCE + result.kind if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
     def _value(self, result: Result, metric: MetricColumn) -> str:

@@ -217,7 +217,7 @@ class _Shapes:
         error = self.errors.get(name)
         if error is None:
             reference = self.findings.report.references.get(name)
-            return reference.kind if reference else ""
+            return reference.about if reference else ""
         return f"mean {quantity(float(error.mean()), 'm', 3)}, largest {quantity(float(error.max()), 'm', 3)}"
 
     def _still(self) -> str:

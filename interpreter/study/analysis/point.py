@@ -219,6 +219,11 @@ class ComparedPoint:
         value = self.metric(metric).value
         return None if value is None else abs(float(value))
 
+    def within(self, metric: str, largest: float) -> bool:
+        """Whether an error is below what the reference leaves open: where this point lies, or at most `largest`."""
+        error, own = self.error(metric), self.metric(metric).uncertainty
+        return error is not None and error < (largest if own is None else abs(float(own)))
+
     def effort(self, clock: str) -> Spread | None:
         """Seconds, or the number of unknowns; None where it is not known."""
         if clock == UNKNOWNS:  # a reduced model has a handful, whose equations may cost as much as those of the full

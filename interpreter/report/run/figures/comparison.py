@@ -8,7 +8,7 @@ from softmark.interpreter.language.amounts import own_error
 from softmark.interpreter.report.page.markup import prose, section, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
-from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of, worth
 from softmark.interpreter.report.run.tables.metric_details import details_of
 from softmark.interpreter.report.run.tables.results_table import (
     SYMBOLS,
@@ -90,11 +90,11 @@ def _meaning(metric: MetricColumn) -> str:
 
 
 def _source(name: str, reference: ReferenceResult) -> str:
-    error = reference.estimated_error
+    error, said_kind = reference.estimated_error, worth(reference)
     own = "" if error is None else f" Its own error is {own_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""
-    return _defined(name, f"{reference.kind[:1].upper()}{reference.kind[1:]}: {reference.source}.{own}")
+    return _defined(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")
 
 
 def _defined(name: str, words: str) -> str:
@@ -128,7 +128,7 @@ def _record(
     metrics += [stated_of(result, m) for m in said]
     if isinstance(result, ReferenceResult):
         none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
-        return [name, "reference", result.status, result.message, result.kind, *metrics, *none]
+        return [name, "reference", result.status, result.message, result.about, *metrics, *none]
     row: list[Cell] = [name, "model", result.status, result.message, result.outline, *metrics]
     row += [result.size.get(k) for k in SIZES]
     row += [result.solve.get("iterations"), result.solve.get("residual")]

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.language.amounts import decimals_of, quantity, scale_of
 from softmark.interpreter.report.charts.axes import Axis, linear
 from softmark.interpreter.report.charts.chart import Chart, Curve
-from softmark.interpreter.report.page.markup import prose, section
+from softmark.interpreter.report.page.markup import listed, prose, section
 from softmark.interpreter.report.page.plate import PlateColumn, plate
 from softmark.interpreter.report.page.sheet import Cell, csv_link, short
-from softmark.interpreter.report.run.findings import Findings, MetricColumn
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, worth
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from softmark.interpreter.results.report import SeenCurve
+
+    Floats = NDArray[np.float64]
 
 WIDTH, HEIGHT = 640.0, 300.0
 ROWS = 60  # of the table of numbers
@@ -38,7 +44,8 @@ def section_of(findings: Findings) -> str:
         if seen and not plates[same]:
             plates[same] = _Measured(findings, len(plates), metric, reference.name, reference.drawn, seen).plate()
     found = [made for made in plates.values() if made]
-    return section("curves", "Measured curves", *found) if found else ""
+    kinds = {r.kind for r in findings.report.references.values() if r.drawn is not None}
+    return section("curves", "Measured curves" if kinds == {"measurement"} else "Curves", *found) if found else ""
 
 
 @dataclass(frozen=True)
@@ -66,12 +73,19 @@ class _Measured:
         d, (low, high) = self.drawn, self.judged
         near = [i for i, x in enumerate(d.x.tolist()) if low <= x <= high]
         near = sorted({*near, *(min(max(i, 0), len(d.x) - 1) for i in (near[0] - 1, near[-1] + 1))}) if near else []
-        off = {"": 0.0, " + uncertainty": 1.0, " − uncertainty": -1.0}
-        u = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
+        u: Floats = d.uncertainty if d.uncertainty is not None else 0.0 * d.y
+        each = {"": d.y, " + uncertainty": d.y + u, " − uncertainty": d.y - u}
+        if self.agreed:
+            least, largest = d.band or (d.y - u, d.y + u)
+            each = {"": d.y, ", largest": largest, ", least": least}
         return {
-            f"{self.reference}{name}": tuple((float(d.x[i]), float(d.y[i] + sign * u[i])) for i in near)
-            for name, sign in off.items()
+            f"{self.reference}{name}": tuple((float(d.x[i]), float(y[i])) for i in near) for name, y in each.items()
         }
+
+    @property
+    def agreed(self) -> bool:
+        """Whether it is one on which codes agreed."""
+        return self.findings.report.references[self.reference].kind == "consensus"
 
     def plate(self) -> str:
         """The chart."""
@@ -109,8 +123,11 @@ class _Measured:
 
     def _caption(self) -> str:
         """What is drawn, what the measurement is made of, and which part of it is judged."""
-        facts = self.findings.report.references[self.reference].facts
-        said = [f"`{self.metric.name}`: curves of models over `{self.reference}`, with its uncertainty on both sides."]
+        reference = self.findings.report.references[self.reference]
+        beside = "with the band in which codes lie" if self.agreed else "with its uncertainty on both sides"
+        said = [f"`{self.metric.name}`: curves of models over `{self.reference}` ({worth(reference)}), {beside}."]
+        said += [self._inside()] if self.agreed else []
+        facts = reference.facts
         if facts.get("repeats", 1) > 1:
             said.append(f"It is the mean of {facts['repeats']} repeats, which deviate by up to"
                         f" {self._said(float(facts['spread']))}.")  # fmt: skip
@@ -123,6 +140,13 @@ class _Measured:
             least, most = (f"{100.0 * share:.3g}" for share in (min(shares), max(shares)))
             said.append(f"{least if least == most else f'{least} to {most}'} % of its range is judged.")
         return " ".join(said)
+
+    def _inside(self) -> str:
+        """Whose curve lies inside the band, and how much of it."""
+        found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
+        shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
+        each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]
+        return f"Inside the band: {listed(each)} of what is judged." if each else ""
 
     def _columns(self) -> list[PlateColumn]:
         """The models' points, and the measurement there."""
@@ -146,7 +170,11 @@ class _Measured:
     def _save(self) -> str:
         header = ["name", f"x [{self.drawn.units[0]}]", f"y [{self.drawn.units[1]}]"]
         rows: list[list[Cell]] = []
-        for name, curve in {self.reference: self.drawn, **self.seen}.items():
+        known = {self.reference: self.drawn, **self.seen}
+        if (band := self.drawn.band) is not None:
+            for name, y in zip(("least", "largest"), band, strict=True):
+                known[f"{self.reference}, {name}"] = replace(self.drawn, y=y)
+        for name, curve in known.items():
             rows += [[name, short(x), short(y)] for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True)]
         return csv_link(f"{self.metric.name}-curve", header, rows)
 
