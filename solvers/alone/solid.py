@@ -26,7 +26,7 @@ Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which ar
 
 
 def material(name: str, **constants: Any) -> Isotropic:
-    """A material by its name in MATERIALS: of `young`, `poisson` and `density`, or of constants of its own, in SI units.
+    """A material by its name in MATERIALS: of `young`, `poisson` and `density`, or constants of its own, in SI units.
 
     Of what stands in place of another, such as `poisson` and `bulk`, one is given. Lists of constants are tuples.
     Raises ValueError for a name or a constant that there is not, one that lacks, and a value out of its range.
