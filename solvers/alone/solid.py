@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from functools import cached_property
-from typing import Any, Literal, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,24 +25,41 @@ from softmark.solvers.mesh.mesh import Mesh, jacobians
 Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which are meant (n,)
 
 
-def material(name: str, **constants: float) -> Isotropic:
-    """A material by its name in MATERIALS: of `young` in Pa, `poisson`, and `density` in kg/m^3.
+def material(name: str, **constants: Any) -> Isotropic:
+    """A material by its name in MATERIALS: of `young`, `poisson` and `density`, or constants of its own, in SI units.
 
+    Of what stands in place of another, such as `poisson` and `bulk`, one is given. Lists of constants are tuples.
     Raises ValueError for a name or a constant that there is not, one that lacks, and a value out of its range.
     """
     if name not in MATERIALS:
         raise ValueError(f"no material is called {name!r}: there are {', '.join(MATERIALS)}")
     cls = MATERIALS[name]
-    known = {f.name for f in fields(cls)}
-    if wrong := known ^ constants.keys():
+    known = {f.name for f in fields(cls) if f.init}
+    needed = {f.name for f in fields(cls) if f.init and f.default is MISSING}
+    wrong = (constants.keys() - known) | (needed - constants.keys())
+    for both in getattr(cls, "either", ()):
+        if len(constants.keys() & set(both)) != 1:
+            wrong |= set(both)
+    if wrong:
         raise ValueError(f"{name} is made of {', '.join(sorted(known))}; look at {', '.join(sorted(wrong))}")
     hints = get_type_hints(cls, include_extras=True)
     for constant, value in constants.items():
-        _, unit, meaning = get_args(hints[constant])
-        range = Range.read(unit)
-        if not (math.isfinite(value) if range is None else value in range):
-            raise ValueError(f"{constant} = {value} is outside its range, {unit} ({meaning})")
+        _must_fit(constant, value, hints[constant])
     return cls(**constants)
+
+
+def _must_fit(constant: str, value: Any, hint: Any) -> None:
+    """Raises ValueError for a value that is out of the range of its annotation."""
+    kind, *said = get_args(hint)
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind):
+            raise ValueError(f"{constant} = {value!r} is none of {', '.join(get_args(kind))}")
+        return
+    unit, meaning = said
+    range = Range.read(unit)
+    for one in value if isinstance(value, tuple) else (value,):
+        if not (math.isfinite(one) if range is None else one in range):
+            raise ValueError(f"{constant} = {one} is outside its range, {unit} ({meaning})")
 
 
 @dataclass(frozen=True)

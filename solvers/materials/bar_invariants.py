@@ -39,6 +39,14 @@ class OfBarInvariants(Isochoric):
 
     second = True  # whether W knows of k at all
 
+    @property
+    def convex(self) -> bool:
+        """Of i, which is polyconvex, W must be convex and rise; k is not polyconvex.
+
+        Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767, lemma 2.2 and section 3.
+        """
+        return not self.second
+
     @abstractmethod
     def energy(self, i: Array, k: Array) -> Array:
         """W (m,), J/m^3, of i and k (m,), both 0 at rest; +inf outside its domain."""

@@ -80,6 +80,19 @@ class Isochoric(Isotropic):
         object.__setattr__(self, "young", 2.0 * mu * (1.0 + nu))
 
     @property
+    def polyconvex(self) -> bool:  # type: ignore[override]
+        """Whether the energy of the shape is, with `squared`.
+
+        (ln J)^2 is not convex; that of `reciprocal` is, but not of points that share a pressure.
+        """
+        return self.volumetric == "squared" and self.convex
+
+    @property
+    def convex(self) -> bool:
+        """Whether the energy of a change of shape is known to be polyconvex by its constants."""
+        return False
+
+    @property
     def constraint(self) -> OfVolume:
         """g."""
         return VOLUMETRIC[self.volumetric]()

@@ -29,6 +29,11 @@ class MooneyRivlin(OfBarInvariants):
     def rest_shear(self) -> float:
         return 2.0 * (self.c1 + self.c2)
 
+    @property
+    def convex(self) -> bool:
+        """Without k."""
+        return self.c2 == 0.0
+
     def energy(self, i: Array, k: Array) -> Array:
         return self.c1 * i + self.c2 * k
 

@@ -48,6 +48,31 @@ class Ogden(OfStretches):
     def _terms(self) -> list[tuple[float, float]]:
         return list(zip(self.mu, self.alpha, strict=True))
 
+    @property
+    def convex(self) -> bool:
+        """Each term is: sum s^alpha J^(-alpha/3) from 3/2 up, and of cofactors down from -3.
+
+        As x^p y^-q is convex where p >= q + 1. Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
+        """
+        return all(m * a >= 0.0 and (a >= 1.5 or a <= -3.0) for m, a in self._terms)
+
+    @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """Two stretches alike, ln t = e, leave shears between them w''(e) / t^2, and the outermost powers rule it.
+
+        In simple shear the energy grows as |F| to the largest power of both signs: less than 1, and its slope falls.
+        """
+        sums: dict[float, float] = {}
+        for m, a in self._terms:
+            sums[a] = sums.get(a, 0.0) + m * a
+        powers = [a for a in sums if sums[a] != 0.0]
+        for a, far in ((max(powers), "stretched"), (min(powers), "squeezed")):
+            if sums[a] < 0.0:
+                return "mu", f"{far} far enough, its term of alpha = {a:g} prevails, whose mu_n alpha_n is negative"
+        if max(map(abs, powers)) < 1.0:
+            return "alpha", "a shear stress that has a peak, for all powers lie between -1 and 1"
+        return None
+
     def energy(self, e: Array) -> Array:
         return sum(m / a * np.expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.base.deferred import np
 
+LEAST = 0.3575  # the largest ln(t^2/2) / (t^2 + 2/t - 3), at t = 1.829
+
 
 @dataclass(frozen=True)
 class VerondaWestmann(OfBarInvariants):
@@ -31,6 +33,13 @@ class VerondaWestmann(OfBarInvariants):
     @property
     def rest_shear(self) -> float:
         return self.c * self.a
+
+    @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """Pulled to t, a shear across has the modulus 2 (W_i + t^2 W_k): none where exp(a i) = t^2/2."""
+        if self.a > LEAST:
+            return None
+        return "a", f"pulled, it loses its resistance to shear across, for a is not above {LEAST}"
 
     def energy(self, i: Array, k: Array) -> Array:
         return self.c * np.expm1(self.a * i) - 0.5 * self.c * self.a * k

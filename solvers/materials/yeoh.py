@@ -30,6 +30,20 @@ class Yeoh(OfBarInvariants):
     def rest_shear(self) -> float:
         return 2.0 * self.c1
 
+    @property
+    def convex(self) -> bool:
+        """W rises and is convex."""
+        return self.c2 >= 0.0 and self.c3 >= 0.0
+
+    @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """Where the shear stress 2 W' g of simple shear g = sqrt(i) has a peak: c1 + 6 c2 i + 15 c3 i^2 is zero."""
+        if self.c3 < 0.0:
+            return "c3", "a shear stress that has a peak, for c3 is negative"
+        if self.c2 < 0.0 and 3.0 * self.c2**2 >= 5.0 * self.c1 * self.c3:
+            return "c2", "a shear stress that has a peak, for c2 is negative and 3 c2^2 is not below 5 c1 c3"
+        return None
+
     def energy(self, i: Array, k: Array) -> Array:
         return i * (self.c1 + i * (self.c2 + i * self.c3))
 

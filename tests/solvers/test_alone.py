@@ -133,6 +133,14 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "name": (lambda: sm.material("rubber", young=1.0), "no material is called 'rubber'"),
     "constant": (lambda: sm.material("neo_hookean", young=1.0, nu=0.3), "look at density, nu, poisson"),
     "range": (lambda: sm.material("neo_hookean", young=-1.0, poisson=0.3, density=1.0), "young = -1.0 is outside"),
+    "neither": (lambda: sm.material("gent", mu=1.0, limit=9.0, density=1.0), "look at bulk, poisson"),
+    "both": (
+        lambda: sm.material("gent", mu=1.0, limit=9.0, bulk=1.0, poisson=0.3, density=1.0),
+        "look at bulk, poisson",
+    ),
+    "made": (lambda: sm.material("yeoh", c1=1.0, young=3.0, poisson=0.3, density=1.0), "look at young"),
+    "word": (lambda: sm.material("yeoh", c1=1.0, bulk=1.0, density=1.0, volumetric="cubic"), "'cubic' is none of"),
+    "term": (lambda: sm.material("ogden", mu=(1.0, math.nan), alpha=(2.0, 4.0), bulk=9.0, density=1.0), "mu = nan"),
     "nan": (lambda: sm.material("neo_hookean", young=math.nan, poisson=0.3, density=1.0), "young = nan"),
     "inf": (lambda: sm.material("neo_hookean", young=math.inf, poisson=0.3, density=1.0), "young = inf"),
     "incompressible": (
@@ -178,3 +186,10 @@ def test_what_cannot_be_meant_is_refused(what: str) -> None:
     act, message = REFUSED[what]
     with pytest.raises(ValueError, match=message):
         act()
+
+
+def test_laws_with_constants_of_their_own_are_made_with_either_ratio_or_modulus() -> None:
+    by_ratio = sm.material("ogden", mu=(10.0, 2.0), alpha=(2.0, 4.0), poisson=0.25, density=1.0)
+    by_bulk = sm.material("ogden", mu=(10.0, 2.0), alpha=(2.0, 4.0), bulk=14.0 * 5.0 / 3.0, density=1.0)
+    assert by_ratio.shear_modulus == pytest.approx(14.0, rel=1e-14)  # the sum of mu alpha / 2
+    assert by_bulk.poisson == pytest.approx(0.25, rel=1e-14)

@@ -95,3 +95,51 @@ def test_what_has_no_stress_or_is_not_isotropic_is_not_counted() -> None:
     law = law_for(material("neo_hookean", young=1.0, poisson=0.3, density=1.0), "finite")
     assert not lost(law, np.diag([1.0, 1.0, -1.0])[None]).any()  # type: ignore[union-attr]
     assert lost(Corotational(1.0, 1.0), np.eye(3)[None]) is None
+
+
+SHEAR = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+SHEARED = np.eye(3) + np.geomspace(1e-1, 1e2, 100)[:, None, None] * SHEAR
+PULLED = np.array([np.diag([t, t**-0.5, t**-0.5]) for t in np.geomspace(1e-2, 1e2, 200)])
+
+
+@pytest.mark.parametrize(("name", "constants", "field"), [
+    ("yeoh", {"c1": 10.0, "c2": -0.5, "c3": 0.0}, "c2"),
+    ("yeoh", {"c1": 10.0, "c2": 0.5, "c3": -1e-3}, "c3"),
+    ("yeoh", {"c1": 10.0, "c2": -0.5, "c3": 0.0145}, "c2"),  # 3 c2^2 = 5 c1 c3 at 0.015
+    ("yeoh", {"c1": 10.0, "c2": -0.5, "c3": 0.05}, None),
+    ("veronda_westmann", {"c": 10.0, "a": 0.35}, "a"),
+    ("veronda_westmann", {"c": 10.0, "a": 0.5}, None),
+    ("ogden", {"mu": (10.0, -0.1), "alpha": (2.0, 4.0)}, "mu"),
+    ("ogden", {"mu": (10.0, 0.1), "alpha": (2.0, -4.0)}, "mu"),
+    ("ogden", {"mu": (20.0, -8.0, 2.0), "alpha": (1.0, 2.0, 2.0)}, "mu"),
+    ("ogden", {"mu": (20.0,), "alpha": (0.9,)}, "alpha"),
+    ("ogden", {"mu": (630.0, 1.2, -10.0), "alpha": (1.3, 5.0, -2.0)}, None),
+])  # fmt: skip
+def test_constants_by_which_a_law_gives_way_have_a_state_in_which_it_does(
+    name: str, constants: dict[str, Any], field: str | None
+) -> None:
+    """In simple shear or in a pull, at a kept volume: there the signs of the constants tell in closed form."""
+    made: Any = material(name, poisson=0.45, density=1.0, **constants)
+    law = law_for(made, "finite")
+    found = [lost(law, states) for states in (SHEARED, PULLED)]
+    assert any(one is not None and one.any() for one in found) == (field is not None)
+    assert (made.gives_way and made.gives_way[0]) == field
+    assert not made.polyconvex
+
+
+@pytest.mark.parametrize(("name", "constants"), [
+    ("mooney_rivlin", {"c1": 10.0, "c2": 0.0}),
+    ("yeoh", {"c1": 10.0, "c2": 0.5, "c3": 0.01}),
+    ("gent", {"mu": 20.0, "limit": 30.0}),
+    ("arruda_boyce", {"m": 20.0, "limit": 3.0}),
+    ("fung", {"mu": 20.0, "b": 1.0}),
+    ("ogden", {"mu": (10.0, 1.0, -1.0), "alpha": (1.5, 5.0, -3.0)}),
+])  # fmt: skip
+@pytest.mark.parametrize("nu", [-0.9, 0.3, 0.499])
+def test_what_is_called_polyconvex_gives_way_nowhere(name: str, constants: dict[str, Any], nu: float) -> None:
+    made: Any = material(name, poisson=nu, density=1.0, **constants)
+    assert made.polyconvex
+    assert made.gives_way is None
+    law = law_for(made, "finite")
+    assert not lost(law, turned(np.exp(RNG.uniform(-1.5, 1.5, (100, 3))))).any()  # type: ignore[union-attr]
+    assert not material(name, poisson=nu, density=1.0, volumetric="logarithmic", **constants).polyconvex
