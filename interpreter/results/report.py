@@ -284,7 +284,7 @@ class ReferenceResult:
         return {
             "status": self.status,
             "message": self.message,
-            "kind": self.kind,
+            "kind": "code" if self.kind == "one code" else self.kind,
             **({"means": self.means} if self.means else {}),
             "source": self.source,
             "estimated_error": self.estimated_error,

@@ -43,7 +43,7 @@ class OfBarInvariants(Isochoric):
     def convex(self) -> bool:
         """Of i, which is polyconvex, W must be convex and rise; k is not polyconvex.
 
-        Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767, lemma 2.2 and section 3.
+        Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
         """
         return not self.second
 
