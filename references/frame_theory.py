@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -104,6 +103,72 @@ class FrameMember:
         found: Array = np.asarray(np.kron(np.eye(2), self.frame), dtype=np.float64)
         return found
 
+    @cached_property
+    def both(self) -> Array:
+        """What its end does against where its beginning would carry it, of both nodes in space (6, 12)."""
+        found: Array = np.concatenate([-self.shift @ self.turned, self.turned], axis=1)
+        return found
+
+    def turns(self, first: Array, force: Array) -> Array:
+        """At places along it (n, 3), rad, in its own axes, from what its beginning does and the force at its end."""
+        s = self.length * _rule(FEW)[0]
+        s = np.concatenate([[0.0], s, [self.length]])
+        found: Array = (self.moved(s, force[:, None])[..., 0] + self.sagged(s))[:, 3:] + first[3:]
+        return found
+
+    def lengthened(self, first: Array, force: Array) -> float:
+        """How much longer its axis becomes by turning, m: of second order."""
+        w = _rule(FEW)[1]
+        found: Array = 0.5 * self.length * w @ (self.turns(first, force)[1:-1, 1:] ** 2).sum(axis=1)
+        return float(found)
+
+    def second(self, force: Array, loaded: bool = True) -> Array:
+        """The work of second order that forces and moments in it do, over both its nodes in space (12, 12).
+
+        Of a rod whose sections turn by exp(theta), theta = (phi, -w', v'), with Hermite's bending:
+        N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x theta') / 2.
+        """
+        t, weights = _rule(FEW)
+        found, L = np.zeros((12, 12)), self.length
+        for place, weight in zip(t.tolist(), (L * weights).tolist(), strict=True):
+            N, V2, V3, T, M2, M3 = self._inside(place, force, loaded)
+            B, S = _hermite(place, L), np.zeros((6, 6))  # of v', w', phi, v'', w'', phi'
+            S[0, 0] = S[1, 1] = 0.5 * N
+            S[1, 2], S[0, 2] = 0.5 * V2, -0.5 * V3
+            S[1, 3], S[0, 4] = 0.5 * T, -0.5 * T
+            S[0, 5], S[2, 3] = -0.5 * M2, 0.5 * M2
+            S[2, 4], S[1, 5] = 0.5 * M3, -0.5 * M3
+            found += weight * B.T @ (S + S.T) @ B
+        to = np.kron(np.eye(2), self.turned)
+        return np.asarray(to.T @ found @ to, dtype=np.float64)
+
+    def _inside(self, place: float, force: Array, loaded: bool) -> Array:
+        """Forces and moments (6,) in the section at a part of its length, in its own axes."""
+        rest = (1.0 - place) * self.length
+        n = np.concatenate([force[:3], force[3:] + rest * np.cross([1.0, 0.0, 0.0], force[:3])])
+        if not loaded:
+            return n
+        t, w = _rule(FEW)
+        q = self.load(self.length * place + rest * t) @ self.frame.T
+        share = rest * w
+        n[:3] += share @ q
+        n[3:] += np.einsum("f,fij,fj->i", share, _along(rest * t), q)
+        return n
+
+
+def _hermite(t: float, L: float) -> Array:
+    """v', w', phi, v'', w'' and phi' at a part t of a length, of displacements and turns of both ends (6, 12)."""
+    steep = np.array(
+        [6.0 * t * (t - 1.0) / L, 1.0 - 4.0 * t + 3.0 * t * t, 6.0 * t * (1.0 - t) / L, 3.0 * t * t - 2.0 * t]
+    )
+    bent = np.array([(12.0 * t - 6.0) / L, 6.0 * t - 4.0, (6.0 - 12.0 * t) / L, 6.0 * t - 2.0]) / L
+    found = np.zeros((6, 12))
+    flip = np.array([1.0, -1.0, 1.0, -1.0])  # w' turns about the second axis backwards
+    for row, shape in ((0, steep), (3, bent)):
+        found[row, [1, 5, 7, 11]], found[row + 1, [2, 4, 8, 10]] = shape, flip * shape
+    found[2, [3, 9]], found[5, [3, 9]] = (1.0 - t, t), (-1.0 / L, 1.0 / L)
+    return found
+
 
 def _rule(count: int) -> tuple[Array, Array]:
     """Places and weights of Gauss's rule from 0 to 1."""
@@ -137,50 +202,101 @@ class Frame:
 
     def balanced(self) -> FramedAnswer:
         """The equilibrium. Raises Refused where it is free, or not one of small loads."""
-        size = 6 * len(self.X)
-        K, P = np.zeros((size, size)), self.forces.ravel().copy()
-        for member in self.members:
-            at = np.concatenate([6 * n + np.arange(6) for n in member.nodes])
-            k, p = _of(member)
-            K[np.ix_(at, at)] += k
-            P[at] += p
-        d = self._solved(K, P)
-        answer = FramedAnswer(self, d.reshape(-1, 6))
+        P, d = self.forces.ravel().copy(), self._imposed()
+        for member, at in self._places():
+            P[at] += _of(member)[1]
+        answer = FramedAnswer(self, self._balanced(P, d).reshape(-1, 6))
         if not answer.strayed <= SMALL:
             raise Refused(
-                f"its turns, and axial forces against those that buckle, come to {100 * answer.strayed:.2g} %",
+                f"its turns, and its forces against those that buckle it, come to {100 * answer.strayed:.2g} %",
                 "the theory is one of small loads: take smaller ones, or compare two models",
             )
         return answer
 
-    def _solved(self, K: Array, P: Array) -> Array:
-        """K d = P in all that the held rows leave free. Raises Refused."""
+    def pulled(self, lengthened: list[float]) -> list[Array]:
+        """Forces and moments at the ends of members (6,) whose axes become longer by so much, m."""
+        P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
+        strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
+        for (member, at), strain in zip(self._places(), strains, strict=True):
+            P[at] -= member.both.T @ np.linalg.solve(member.flexibility, strain)
+        d = self._balanced(P, none)
+        return [
+            np.linalg.solve(member.flexibility, member.both @ d[at] + strain)
+            for (member, at), strain in zip(self._places(), strains, strict=True)
+        ]
+
+    def share(self, forces: list[Array], loaded: bool = True) -> float:
+        """How large a share of what buckles it are forces and moments at the ends of members (6,), either way."""
+        S = np.zeros_like(self._stiffness)
+        for (member, at), force in zip(self._places(), forces, strict=True):
+            S[np.ix_(at, at)] += member.second(force, loaded)
+        Z, root = self._free
+        eased = np.linalg.solve(root, np.linalg.solve(root, Z.T @ (S * self._scales) @ Z).T)
+        return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
+
+    def _places(self) -> list[tuple[FrameMember, Any]]:
+        """Members with the unknowns of their nodes (12,)."""
+        return [(m, np.concatenate([6 * n + np.arange(6) for n in m.nodes])) for m in self.members]
+
+    @cached_property
+    def _scale(self) -> Array:
+        """Displacements and turns are that times unknowns of one size (6 n,)."""
         extent = float(np.linalg.norm(np.ptp(self.X, axis=0)))
-        scale = np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], len(self.X))  # d = scale * y
-        A = self.held * scale
-        U, s, Vt = np.linalg.svd(A)
-        rank = int(np.sum(s > 1e-12 * s.max(initial=0.0)))
-        y = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
-        if np.abs(A @ y - self.imposed).max(initial=0.0) > 1e-9 * max(np.abs(self.imposed).max(initial=0.0), 1e-300):
+        return np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], len(self.X))
+
+    @cached_property
+    def _scales(self) -> Array:
+        found: Array = np.outer(self._scale, self._scale)
+        return found
+
+    @cached_property
+    def _stiffness(self) -> Array:
+        """K (6 n, 6 n)."""
+        K = np.zeros((6 * len(self.X), 6 * len(self.X)))
+        for member, at in self._places():
+            K[np.ix_(at, at)] += _of(member)[0]
+        return K
+
+    @cached_property
+    def _held(self) -> tuple[Array, Array, Array, int]:
+        """Singular vectors and values of the held rows, and how many count."""
+        U, s, Vt = np.linalg.svd(self.held * self._scale)
+        return U, s, Vt, int(np.sum(s > 1e-12 * s.max(initial=0.0)))
+
+    def _imposed(self) -> Array:
+        """What supports impose, and nothing beside it, in scaled unknowns. Raises Refused where they contradict."""
+        U, s, Vt, rank = self._held
+        y: Array = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
+        apart = np.abs(self.held * self._scale @ y - self.imposed).max(initial=0.0)
+        if apart > 1e-9 * max(np.abs(self.imposed).max(initial=0.0), 1e-300):
             raise Refused("its supports contradict each other", "hold each point once")
-        Z, own = Vt[rank:].T, K * np.outer(scale, scale)
-        free = Z.T @ own @ Z
+        return y
+
+    @cached_property
+    def _free(self) -> tuple[Array, Array]:
+        """What supports leave free, as columns, and Cholesky's root of the stiffness there. Raises Refused."""
+        Z = self._held[2][self._held[3] :].T
+        free = Z.T @ (self._stiffness * self._scales) @ Z
         values = np.linalg.eigvalsh(free)
         if values.size and values[0] <= LOOSE * values[-1]:
             raise Refused("its supports leave it free", "hold it whole")
-        y = y + Z @ np.linalg.solve(free, Z.T @ (scale * P - own @ y))
-        found: Array = scale * y
+        root: Array = np.asarray(np.linalg.cholesky(free), dtype=np.float64)
+        return Z, root
+
+    def _balanced(self, P: Array, y: Array) -> Array:
+        """K d = P in all that the held rows leave free, from what is imposed. Raises Refused."""
+        Z, root = self._free
+        own = self._stiffness * self._scales
+        y = y + Z @ np.linalg.solve(root.T, np.linalg.solve(root, Z.T @ (self._scale * P - own @ y)))
+        found: Array = self._scale * y
         return found
 
 
 def _of(member: FrameMember) -> tuple[Array, Array]:
     """The stiffness of a member over both its nodes in space (12, 12), and what its load is there (12,)."""
-    stiff, T = np.linalg.inv(member.flexibility), member.shift
-    B = np.concatenate([-T, np.eye(6)], axis=1)  # of its end against where its beginning would carry it
-    to = np.kron(np.eye(2), member.turned)
-    end = B.T @ stiff @ member.sagged(np.array([member.length]))[0]
-    own = end + np.concatenate([member.carried, np.zeros(6)])
-    return to.T @ (B.T @ stiff @ B) @ to, to.T @ own
+    B, stiff = member.both, np.linalg.inv(member.flexibility)
+    begin = np.concatenate([member.turned.T @ member.carried, np.zeros(6)])
+    return B.T @ stiff @ B, B.T @ stiff @ member.sagged(np.array([member.length]))[0] + begin
 
 
 @dataclass(frozen=True)
@@ -198,12 +314,21 @@ class FramedAnswer:
 
     @cached_property
     def strayed(self) -> float:
-        """How far from small it is: its largest turn, and axial forces against those that buckle a mast as long."""
-        pressed = 0.0
-        for member in self.frame.members:
-            bending = member.stiffness(np.array([0.0, member.length]))[:, 4:].min()
-            pressed = max(pressed, abs(float(self.end(member)[1][0])) * 4.0 * member.length**2 / (math.pi**2 * bending))
-        return float(np.abs(self.d[:, 3:]).max()) + pressed
+        """How far from small it is: its largest turn, and forces and moments in it against those that buckle it."""
+        turns = [np.abs(member.turns(*self.end(member))).max() for member in self.frame.members]
+        return float(max(turns, default=0.0)) + self.buckled
+
+    @cached_property
+    def buckled(self) -> float:
+        """The largest share of a buckling load, of what it carries and of what held ends pull as members bend.
+
+        These are the eigenvalues of the work of second order against the stiffness, of either sign.
+        """
+        own = [self.end(member) for member in self.frame.members]
+        pulled = self.frame.pulled(
+            [member.lengthened(*end) for member, end in zip(self.frame.members, own, strict=True)]
+        )
+        return self.frame.share([force for _, force in own]) + self.frame.share(pulled, loaded=False)
 
     @cached_property
     def estimated_error(self) -> float:
@@ -235,8 +360,9 @@ class FrameTheory(Reference):
     Members are straight, with stretch, bending, torsion and shear, joined rigidly; of those that taper the flexibility
     is integrated. Gravity, forces and lines of force on axes and torques at points act on the undeformed frame, and
     supports hold points, or move them; a member that is held all along is so at every sixteenth. It is linear: its
-    error is what turns and axial forces of second order come to, by their order, and it refuses a state in which these
-    are a tenth. It shares no code with models.
+    error is what is of second order in the load, by its order: turns, and forces and moments as shares of those that
+    buckle it, with what held ends pull as members bend. It refuses a state in which these are a tenth. It shares no
+    code with models.
     Source: Livesley, "Matrix Methods of Structural Analysis" (1964); Przemieniecki (1968), chapter 5; Cowper (1966).
     """
 

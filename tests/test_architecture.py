@@ -238,7 +238,13 @@ def test_no_name_of_the_root_is_loaded_when_running_from_it() -> None:
 
 
 SCENES = sorted((ROOT / FOLDERS["scenes"]).rglob("*.scene"))
-READ = {"carved-bodies", "organ", "silicone-beam-filled", "named-parts"}  # of a surface or a mesh, which is looked at
+READ = {
+    "carved-bodies",
+    "organ",
+    "silicone-beam-filled",
+    "named-parts",
+    "ring-of-a-file",
+}  # of a surface or a mesh, which is looked at
 CHECKED = """
 import contextlib, io, os, sys
 os.environ["SOFTMARK_DATA"] = "/nonexistent"

@@ -96,6 +96,21 @@ class ProbeAnswer:
         return plain or self.times is not None or self.unit == "m"
 
     @property
+    def single(self) -> bool:
+        """Whether it is about the displacement of one point, at the end."""
+        if self.times is not None or not self.in_displacements or not len(self.X):
+            return False
+        return len(self.X) == 1 or (self.metric is not None and self.metric.last)
+
+    def of_single(self, apart: Floats) -> float:
+        """What changes (n, 3), m, around its one point come to in the mean square, as `apart` has that of the point."""
+        along = self.metric.direction if self.metric is not None and self.metric.last else None
+        far = np.linalg.norm(apart, axis=1) if along is None else apart @ along
+        rms = float(np.sqrt(np.mean(far**2)))
+        size = float(np.linalg.norm(self.u[-1]))
+        return rms if self.unit == "m" or size == 0.0 else rms / size
+
+    @property
     def in_forces(self) -> bool:
         """Whether it is about forces, which displacements at points do not tell."""
         return isinstance(self.metric, OfForces)

@@ -10,7 +10,7 @@ from pathlib import Path
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.conditions import Condition, Point
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Location, Scene
+from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.problem.case import Case, Fault, case_for, reach
 from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
 from softmark.references.curve import CurveFromFile
@@ -34,7 +34,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         except Fault:
             continue
         own = model.thing.own_mesh
-        shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.body.at("shape"))
+        shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.shaped)
         if isinstance(shape, Enclosed):
             from softmark.interpreter.front import surfaces  # nothing of it where no surface is filled
 
@@ -47,11 +47,33 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             if (refusal := unmeshed(model, case, shape)) is not None:
                 yield refusal
         path = shape.file if shape.prebuilt else ""
-        doubt = _doubt(path) if path and not path.startswith("data:") else None
+        here = path and not path.startswith("data:")
+        if here and shape.flat:
+            if at not in said and (refusal := _unread(model, case, shape)) is not None:
+                said.add(at)
+                yield refusal
+            continue
+        doubt = _doubt(path) if here else None
         if doubt is not None and at not in said:
             said.add(at)
             problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
             yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
+
+
+def _unread(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
+    """Why a file has no plane region, or not for a model: it is read when a scene is checked, since where it lies
+    decides what is held."""
+    from softmark.solvers.elements.plane import PLANE
+    from softmark.solvers.mesh.files.flaws import UnreadableMesh
+
+    try:
+        shape.named()
+        if (element := getattr(model.thing, "element", None)) in PLANE:
+            shape.named(element)
+    except UnreadableMesh as wrong:
+        problem = f"the mesh of `{case.body.name}` cannot be used: {wrong}"
+        return diagnostic(wrong.code, case.shaped, problem, "no plane region", wrong.remedy or "")
+    return None
 
 
 def _doubt(path: str) -> tuple[str, str] | None:
@@ -69,12 +91,13 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
         except Fault:
             continue
         shape = model.thing.own_mesh or case.shape
-        if isinstance(shape, MeshFile) and case.groups and cheap([shape.file]) and shape.file not in said:
+        known = isinstance(shape, MeshFile) or (shape.prebuilt and shape.flat)
+        if known and case.groups and cheap([shape.file]) and shape.file not in said:
             said.add(shape.file)
             yield from _groups(case, shape)
 
 
-def _groups(case: Case, shape: MeshFile) -> Iterator[Diagnostic]:
+def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     from softmark.interpreter.problem import members  # reads the mesh: of no scene without groups
     from softmark.solvers.mesh.files.flaws import UnreadableMesh
 

@@ -18,7 +18,7 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.loads import PerMass
-from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.interpreter.vocabulary.supports import Bedded, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
@@ -96,6 +96,19 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
                              "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
 
 
+def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
+    """Dashpots where no speeds are known."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if analysis is not None and isinstance(analysis.thing, Dynamic):
+        return
+    for bed in scene.of_kind("support").values():
+        if isinstance(bed.thing, Bedded) and bed.thing.damping:
+            where = f"in `{analysis.name}`" if analysis else "at rest"
+            problem = f"the dashpots of `{bed.name}` play no part {where}"
+            help = "they act on speeds: declare `dynamic(...)`, or leave the damping out"
+            yield diagnostic("W370", bed.at("damping"), problem, "of a dynamic analysis", help)
+
+
 def _settled(scene: Scene) -> Iterator[Diagnostic]:
     """Expectations that are met or not before anything is computed."""
     for expectation in scene.expectations:
@@ -165,6 +178,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _convexities, _gravities, _registered, _courses, _settled,
+    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _courses, _settled,
     _mirrored,
 )  # fmt: skip

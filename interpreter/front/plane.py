@@ -30,6 +30,7 @@ from softmark.interpreter.vocabulary.probes import Line, Point
 from softmark.interpreter.vocabulary.supports import Symmetric, Turned
 from softmark.solvers.elements.plane import PLANE
 from softmark.solvers.mesh.flat import NEAR
+from softmark.solvers.mesh.shape import Shape
 
 WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}
 AT_POINTS = (Displacement, EnergyNorm, MaxError, MeanError, OfTensors, TipError)  # known of bodies of revolution
@@ -42,8 +43,9 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
         if body.thing.planar and not body.thing.shape.flat:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
                              "not a plane region",
-                             "use `quadrilateral(...)` or `quarter_ring(...)`; a body in space is `solid`")  # fmt: skip
-        elif body.thing.planar == "axisymmetric" and body.thing.shape.ends[0][0] < -NEAR * body.thing.shape.diagonal:
+                             "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells; a body in "
+                             "space is `solid`")  # fmt: skip
+        elif body.thing.planar == "axisymmetric" and _left_of_axis(body.thing.shape):
             yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
                              "both sides of it", "x below 0",
                              "x is the distance from the axis: give the half with x >= 0")  # fmt: skip
@@ -51,6 +53,11 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("E542", body.at("shape"), f"`{body.name}` has a plane region for its shape",
                              "no thickness",
                              "a slice of it is `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
+
+
+def _left_of_axis(shape: Shape) -> bool:
+    """Whether a region has points with x < 0."""
+    return shape.bounds is not None and shape.bounds[0][0] < -NEAR * shape.diagonal
 
 
 def selecting(scene: Scene) -> Iterator[Diagnostic]:

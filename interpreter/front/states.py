@@ -115,12 +115,6 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
     if (count := thing.duration / thing.step) > STEPS:
         yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
                          f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
-    for bed in scene.of_kind("support").values():
-        if getattr(bed.thing, "damping", 0.0):
-            problem = f"the dashpots of `{bed.name}` play no part in `{analysis.name}`"
-            yield diagnostic("W370", bed.at("damping"), problem,
-                             "of a dynamic analysis", "they act on speeds: declare `dynamic(...)`, or leave the damping"
-                             " out")  # fmt: skip
     if (wrong := _unread(scene, thing.duration)) is not None:
         yield wrong
 

@@ -57,6 +57,11 @@ class Case:
         return found
 
     @property
+    def shaped(self) -> Location:
+        """Where the scene says its geometry."""
+        return self.body.at("region" if self.planar else "shape")
+
+    @property
     def prism(self) -> Swept:
         """The same where it is known to have sections along an axis. Raises TypeError."""
         if (found := self.shape.swept) is None:

@@ -22,6 +22,8 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
         one, other = (located(own, at) for own in shape.pair)
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined
+    if shape.flat and shape.prebuilt:
+        return _of_region(shape, at)
     if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
         return shape
     from softmark.references.data import Unavailable, find
@@ -33,3 +35,13 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
         raise fault(
             "E406", at, f"the data set `{path}` is not available: {failure.reason}", help=failure.remedy
         ) from failure
+
+
+def _of_region(shape: AnyShape, at: Location) -> AnyShape:
+    """The same of a plane region in a file."""
+    from softmark.solvers.mesh.flat_file import FlatFile  # of no other scene
+
+    if not isinstance(shape, FlatFile):
+        return shape
+    here: AnyShape = replace(shape, region=located(shape.region, at))
+    return here

@@ -65,7 +65,7 @@ class _Made:
 
     def _cuts(self, member: Member) -> list[float]:
         """Stations at which a member is cut, m, its ends among them."""
-        found = {0.0, member.length}
+        found = {0.0, 0.5 * member.length, member.length}  # in its middle, as a member may buckle by itself
         for load in self.case.loads:
             action = load.thing.action
             places = [action.at] if isinstance(action, AtPoint) else []

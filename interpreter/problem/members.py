@@ -64,7 +64,7 @@ def of_places(case: Case, X: Floats) -> Members:
     from softmark.solvers.mesh.groups import cells_at
     from softmark.solvers.mesh.interpolation import locate
 
-    mesh = located(case.shape, case.body.at("shape")).named(Tet4.name)
+    mesh = located(case.shape, case.shaped).named(Tet4.name)
     nodes = locate(mesh, X).nodes
     return lambda name: cells_at(mesh, name, nodes)
 

@@ -47,10 +47,10 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
         from softmark.solvers.mesh.files.reading import read
         from softmark.solvers.mesh.interpolation import locate
 
-        known = located(shape, case.body.at("shape"))
+        known = located(shape, case.shaped)
         mesh = read(known.path, known.unit, known.coincident)
         return locate(mesh, X).outside, mesh.extent
-    bounds = located(shape, case.body.at("shape")).bounds
+    bounds = located(shape, case.shaped).bounds
     assert bounds is not None  # but of a file of cells
     low, high = (np.array(end) for end in bounds)
     extent = float(np.linalg.norm(high - low))

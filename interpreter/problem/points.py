@@ -70,7 +70,7 @@ def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> P
     try:
         return _place(probe, case, tracked)
     except UnreadableMesh as error:
-        at, owner = (probe.at("mesh"), probe) if own else (case.body.at("shape"), case.body)
+        at, owner = (probe.at("mesh"), probe) if own else (case.shaped, case.body)
         problem = f"the mesh of `{owner.name}` cannot be used: {error}"
         help_ = error.remedy or "the file must hold cells of positive volume"
         raise fault(error.code, at, problem, help=help_) from error
@@ -81,7 +81,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(probe, case, located(case.shape, case.body.at("shape")), size or _inner(case.shape))
+            return _volume(probe, case, located(case.shape, case.shaped), size or _inner(case.shape))
         case Nodes(mesh=mesh):
             return _of_body(probe, case, located(mesh, probe.at("mesh")).points())
         case Markers(of=of):
@@ -113,7 +113,7 @@ def _inner(shape: geometry.Shape) -> float:
 
 def _surface(probe: Declared, case: Case) -> ProbePoints:
     own = probe.thing.mesh is not None
-    shape = located(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.body.at("shape"))
+    shape = located(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.shaped)
     X, triangles = shape.surface(probe.thing.size or _size(shape))
     if probe.thing.where is None:
         return ProbePoints(X, triangles)
@@ -235,7 +235,7 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
 
 def drawn(case: Case) -> ProbePoints:
     """A surface of the body for pictures."""
-    shape = located(case.shape, case.body.at("shape"))
+    shape = located(case.shape, case.shaped)
     if isinstance(shape, geometry.Swept):
         return ProbePoints(*skin_of(shape))
     size = _size(shape)
@@ -247,7 +247,7 @@ def drawn(case: Case) -> ProbePoints:
 
 def scanned(case: Case) -> ProbePoints:
     """A surface of the body fine enough to be put through a scanner."""
-    shape = located(case.shape, case.body.at("shape"))
+    shape = located(case.shape, case.shaped)
     return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
 
 
@@ -264,7 +264,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
 
     where, members = reduce(partial(Condition.junction, "or"), wheres), None
     if where.groups:
-        members = _on_surface(case, located(case.shape, case.body.at("shape")), where)
+        members = _on_surface(case, located(case.shape, case.shaped), where)
     points, triangles, _ = clipped(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 

@@ -39,12 +39,21 @@ class Planar:
     @cached_property
     def shape(self) -> Shape:
         """The slice; a shape that is no plane region as it is, which is refused."""
+        if self.region.prebuilt:
+            return self.of_file
         if not self.region.flat:
             given: Shape = self.region
             return given
         from softmark.solvers.mesh.flat import Slice
 
         return Slice(self.region, self.thickness)
+
+    @property
+    def of_file(self) -> Shape:
+        """The slice of a region in a file."""
+        from softmark.solvers.mesh.flat_file import FlatFile
+
+        return FlatFile(self.region, self.thickness)
 
     def as_it_is(self, material: Any) -> Any:
         """A material, as it is in this body."""
@@ -62,7 +71,7 @@ class PlaneStrain(Planar):
     as well, which may find such a motion in one that is thick and pressed: thin slices are as the plane.
     """
 
-    region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`"]
+    region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`, or a `mesh(...)` of plane cells"]
     material: Annotated[Any, "material", "what it is made of"]
     thickness: Annotated[float, "m in (0, inf)", "of the slice, along z: forces are proportional to it"]
     planar = "plane_strain"
@@ -78,7 +87,7 @@ class PlaneStress(Planar):
     formulations against locking are refused, and so is a Poisson's ratio of 0.5. Otherwise as `plane_strain`.
     """
 
-    region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`"]
+    region: Annotated[Any, "shape", "a plane region, such as `quadrilateral(...)`, or a `mesh(...)` of plane cells"]
     material: Annotated[Any, "material", "what it is made of"]
     thickness: Annotated[float, "m in (0, inf)", "of the plate at rest"]
     planar = "plane_stress"
@@ -103,16 +112,22 @@ class Axisymmetric(Planar):
     points are refused. Twist is not known, nor what buckles out of the form.
     """
 
-    region: Annotated[Any, "shape", "a plane region with x >= 0, such as `quadrilateral(...)`"]
+    region: Annotated[Any, "shape", "a plane region with x >= 0, or a `mesh(...)` of one"]
     material: Annotated[Any, "material", "what it is made of"]
     planar = "axisymmetric"
 
-    @property
+    @cached_property
     def thickness(self) -> float:  # type: ignore[override]
         """Of the slice that stands for it, m: any would do."""
-        if not self.region.flat:  # which is refused
+        if self.region.prebuilt:
+            from softmark.solvers.mesh.flat_file import FlatFile
+
+            bounds = FlatFile(self.region, 1.0).bounds
+            (left, low, _), (right, high, _) = bounds or ((0.0, 0.0, 0.0), (1.0, 1.0, 0.0))
+        elif self.region.flat:
+            (left, low), (right, high) = self.region.ends
+        else:  # which is refused
             return 1.0
-        (left, low), (right, high) = self.region.ends
         return float(SLICE * max(right - left, high - low))
 
 

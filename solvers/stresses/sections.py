@@ -34,6 +34,25 @@ def stress_in(section: Section, poisson: float, carried: Floats, X2: Floats, X3:
     return found
 
 
+def stress_in_taper(
+    section: Section, rates: tuple[float, float], poisson: float, carried: Floats, X2: Floats, X3: Floats
+) -> Floats:
+    """The same where the sides of the section grow along the axis by `rates`, 1/m, of themselves, to their first power.
+
+    What goes along the axis follows the sides, sigma_11 (1, c2 X2, c3 X3), so that none of it crosses a border that
+    leans. It takes c3 M2 of V3 and -c2 M3 of V2 along; what is left is sheared as in a straight bar. So is equilibrium
+    met, and in a wedge that is bent at its tip nothing is left (Michell 1900). Raises TypeError.
+    """
+    c2, c3 = rates
+    own = carried.copy()
+    own[:, 1] += c2 * carried[:, 5]
+    own[:, 2] -= c3 * carried[:, 4]
+    found = stress_in(section, poisson, own, X2, X3)
+    found[:, 1] += found[:, 0] * c2 * X2
+    found[:, 2] += found[:, 0] * c3 * X3
+    return found
+
+
 def _twisted(section: Section, X2: Floats, X3: Floats) -> Floats:
     """Shear stress (n, 2), Pa, along X2 and X3, of a torque of 1 N m. Raises TypeError."""
     if isinstance(section, Circular):

@@ -266,7 +266,7 @@ model own   = fem(quad8, strain = finite, size = 8 mm)
 def test_the_example_of_the_guide_is_sound() -> None:
     """It cannot stand beside the others, in a scene where gravity acts along z."""
     guide = (Path(__file__).parents[2] / "grammar" / "README.md").read_text()
-    found = re.search(r"```text\n(material.*?axisymmetric.*?)```", guide, re.DOTALL)
+    found = re.search(r"```text\n(material(?:(?!```).)*?axisymmetric.*?)```", guide, re.DOTALL)
     assert found is not None
     assert softmark.loads(found[1]).scene.of_kind("metric").keys() == {"skin", "halves"}
 

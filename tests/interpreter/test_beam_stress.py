@@ -107,6 +107,43 @@ load push = point_force(bar, at = (1, 0, 0) m, vector = (1, 0, -1) mN)
         assert metrics[f"s{i}"].value == pytest.approx(exact, rel=2e-5)  # sagging by 1e-5 of its length
 
 
+def test_a_wedge_bent_at_its_tip_is_stressed_along_its_rays() -> None:
+    """Michell (1900): stress goes along rays alone, none is on the axis; of a bar it would be 3/2 P / A there.
+
+    A trapezoid with the force and the moment at its end of 10 uN at the apex, 1 m beyond. To the square of its angle.
+    """
+    text = """body bar = solid(extruded([(0, -0.02), (1, -0.01), (1, 0.01), (0, 0.02)] m, height = 0.02 m), gum)
+support wall = fixed(bar, where = x <= 0 m)
+load push = point_force(bar, at = (1, 0, 0.01) m, vector = (0, -0.01, 0) mN)
+load turn = torque(bar, where = x >= 1 m, moment = (0, 0, -0.01) mN*m)
+"""
+    text += ROD + look((0.4, 0.012, 0.01), "xy", "off") + look((0.4, 0.0, 0.01), "xy", "axis")
+    metrics = run(text).models["rod"].metrics
+    angle, r, theta, P = math.atan(0.01), math.hypot(1.6, 0.012), math.atan2(0.012, 1.6), 1e-5 / 0.02
+    along = 2.0 * P * math.sin(theta) / (r * (2.0 * angle - math.sin(2.0 * angle)))
+    assert abs(metrics["off"].value) == pytest.approx(along * math.sin(theta) * math.cos(theta), rel=3e-4)
+    assert abs(metrics["axis"].value) < 1e-4 * 1.5 * 1e-5 / (0.02 * 0.032)
+
+
+def test_shear_in_a_cone_is_that_of_a_solid() -> None:
+    """57240 unknowns of hex27 in small strain find -57.7 kPa near the top and -38.9 kPa on the axis.
+
+    A bar that does not taper has -4.9 and -61.5 kPa. What is stated holds the rest, of Poisson's ratio.
+    """
+    text = """material steel = linear_elastic(young = 200 GPa, poisson = 0.3, density = 7850 kg/m^3)
+body bar = solid(cone(length = 500 mm, radius = 50 mm, end = 25 mm), steel)
+support wall = fixed(bar, where = x <= 0 mm)
+load push = traction(bar, where = x >= 500 mm, vector = (0, 0, -100) kPa)
+model rod = beam6dof(segments = 40)
+"""
+    text += look((0.25, 0.0, 0.036), "zx", "high") + look((0.25, 0.0, 0.0), "zx", "axis")
+    model = run(text, stated=("rod",)).models["rod"]
+    for name, exact, bar in (("high", -57699.2, 1e3), ("axis", -38866.2, 3e3)):
+        error = abs(model.metrics[name].value - exact)
+        assert error < bar
+        assert error < model.stated[name].value
+
+
 def test_members_of_a_network_have_their_own() -> None:
     """A knee: M = Q b - Q s on the arm, and the torque Q b on the other beside its bending."""
     text = """body bar = network(points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)] m, members = [(1, 2), (2, 3)],

@@ -360,6 +360,55 @@ def test_errors_of_means_count_points_by_their_volumes() -> None:
     np.testing.assert_allclose(shares_of(corners, None, triangles), [1 / 3, 1 / 3, 1 / 12, 1 / 4], rtol=1e-14)
 
 
+COAXIAL = """material soft = linear_elastic(young = 10 kPa, poisson = 0, density = 1000 kg/m^3)
+material stiff = linear_elastic(young = 80 kPa, poisson = 0, density = 1000 kg/m^3)
+body rod = solid(cylinder(length = 5 mm, radius = 5 mm, axis = +x), soft)
+region core = part(rod, where = y^2 + z^2 <= (3 mm)^2{and_more}, material = stiff)
+support left = fixed(rod, where = x <= 0 mm)
+support right = displaced(rod, where = x >= 5 mm, by = (0.125, 0, 0) mm)
+model m = fem(hex8, strain = small, size = 2.5 mm)
+probe whole = volume(rod, size = 2 mm)
+metric mean = stress(whole, component = xx, over = mean)
+metric even = strain(whole, component = xx, over = mean)
+metric pull = force(right, along = +x)
+"""
+
+
+def test_what_a_polygon_misses_of_a_core_is_not_stated_as_whole_cells_of_another_material() -> None:
+    """A rod with a core that its mesh follows, stretched alike by 1/40: 0.36 x 2 kPa + 0.64 x 250 Pa = 880 Pa.
+
+    A polygon of 16 sides misses 2.5 % of the core. With the coat, which is one cell thick, as stiff as the core the
+    mean was 1120 Pa higher, and an error of 1371 Pa was stated. Two and a half times what is found to be missed are
+    6 % of the usual stress, 1216 Pa; that holds what it makes of a core in torsion, which goes with the square of its
+    area (Saint-Venant 1855), and of its force. Where nothing comes of it, nothing is stated.
+    """
+    loaded = softmark.loads(COAXIAL.format(and_more=""))
+    model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
+    own = {name: said.parts["regions"] for name, said in model.stated.items()}
+    assert model.metrics["mean"].value == pytest.approx(880.0, rel=1e-8)
+    assert own["mean"] < 0.06 * 1216.0
+    assert own["even"] < 1e-9
+    exact, taken = math.pi * 9e-6 * 5e-3, model.solve["regions"]["core"]["taken_m3"]
+    force = model.metrics["pull"].value
+    assert force is not None
+    assert 1.0 - (taken / exact) ** 2 <= own["pull"] / abs(force) < 0.06
+    missed = 0.025 * 70e3 * (exact - taken) / 5e-3  # N: of the core's stiffness, as if it were the coat's
+    assert missed <= own["pull"]
+
+
+@pytest.mark.slow
+def test_a_border_that_cuts_cells_is_stated_as_whole_cells_of_another_material() -> None:
+    """The same core with an end aslant, which no mesh follows; held against cells of half of the size."""
+    text = COAXIAL.format(and_more=" and x + 0.7 * y <= 3 mm")
+    loaded = softmark.loads(text)
+    model = run(loaded.scene, list(loaded.warnings), Options(draw=False, stated=())).models["m"]
+    fine = softmark.loads(text.replace("size = 2.5 mm", "size = 1.25 mm")).run().models["m"].metrics["pull"].value
+    force = model.metrics["pull"].value
+    assert force is not None
+    assert fine is not None
+    assert abs(force - fine) <= model.stated["pull"].parts["regions"]
+
+
 def test_a_report_of_parts_can_be_pickled() -> None:
     """Its meshes remember what conditions found on them, and conditions are functions, which no pickle takes."""
     report = softmark.loads(chain("hex8, strain = small, size = 5 mm", where="x >= 20 mm and x <= 30 mm")).run()

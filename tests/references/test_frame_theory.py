@@ -108,11 +108,80 @@ model m = frame6dof(segments = 80)
 probe tip = point(frame, at = (1, 0, 0) m)
 metric far = energy_norm(tip, against = theory)
 """
-    refused = run(text.format(force=-110)).references["theory"]
-    assert refused.status != "converged"
-    assert "small loads" in str(refused.message)
+    with pytest.raises(softmark.SceneError, match="small loads"):
+        run(text.format(force=-110))
     found = run(text.format(force=-20))
     reference = found.references["theory"]
     assert reference.status == "converged"
     size = float(np.linalg.norm(reference.probes["tip"].displacement))
     assert found.models["m"].metrics["far"].value * size < reference.estimated_error < 0.1 * size
+
+
+def refused(text: str) -> str:
+    """Why the theory says that a frame, which a probe at (0.5, 0, 0) m looks at, is not its own."""
+    more = "reference theory = frame_theory(frame)\nprobe tip = point(frame, at = (0.5, 0, 0) m)\n"
+    more += "model m = frame6dof(segments = 2)\nmetric far = energy_norm(tip, against = theory)\n"
+    with pytest.raises(softmark.SceneError, match="small loads") as found:
+        run(text + more)
+    return str(found.value)
+
+
+CLAMPED = """body frame = network([(0, 0, 0), (1, 0, 0)] m, [(1, 2)], steel, side = 10 mm)
+support left  = fixed(frame, where = x <= 0 m)
+support right = fixed(frame, where = x >= 1 m)
+load own = gravity({g} m/s^2, direction = {way})
+"""
+POINTS = "points = [(0, 0, 0), (0.2, 0, 0), (0.4, 0, 0), (0.6, 0, 0), (0.8, 0, 0), (1, 0, 0)] m"
+MAST = """body frame = network({points}, members = {members}, material = steel, side = 10 mm)
+support wall = fixed(frame, where = x <= 0 m)
+load down = point_force(frame, at = (1, 0, 0) m, vector = (-150, 0, 0) N)
+"""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        MAST.format(points=POINTS, members="[(1, 2), (2, 3), (3, 4), (4, 5), (5, 6)]"),
+        MAST.format(points="points = [(0, 0, 0), (1, 0, 0)] m", members="[(1, 2)]"),
+    ],
+    ids=["of five members", "of one"],
+)
+def test_a_mast_is_near_what_buckles_it_however_many_members_it_has(text: str) -> None:
+    """150 N of pi^2 E I / (4 L^2) = 411.2 N is 36.5 %: in five members it seemed a twenty-fifth of that."""
+    assert "come to 36 %" in refused(text)
+
+
+@pytest.mark.parametrize("pair", ["(1, 2)", "(2, 1)"])
+def test_a_mast_under_its_own_weight(pair: str) -> None:
+    """7.8373 E I / L^3 buckles it (Greenhill 1881), whichever end is first: 500 N/m are 38 % of 1306 N/m."""
+    text = f"""body frame = network([(0, 0, 0), (1, 0, 0)] m, [{pair}], steel, side = 10 mm)
+support wall = fixed(frame, where = x <= 0 m)
+load own = line_load(frame, from = (0, 0, 0) m, to = (1, 0, 0) m, vector = (-500, 0, 0) N/m)
+"""
+    assert "come to 38 %" in refused(text)
+
+
+def test_a_blade_that_would_tip_over() -> None:
+    """Pressed edgewise by half of 4.013 sqrt(E I2 G J) / L^2 (Prandtl 1899), 26.7 N: no turn or axial force is large.
+
+    Of what pushes it sideways the model has a quarter more than the theory, which stated half a percent.
+    """
+    text = """body frame = network([(0, 0, 0), (1, 0, 0)] m, [(1, 2)], steel, side = 2 mm, height = 40 mm, up = +z)
+support wall = fixed(frame, where = x <= 0 m)
+load edge = point_force(frame, at = (1, 0, 0) m, vector = (0, 0, -13) N)
+"""
+    assert "come to 4" in refused(text)
+
+
+def test_a_beam_held_at_both_ends_pulls_them_as_it_sags() -> None:
+    """No node turns, and no axial force is of first order: at half its depth of sag the theory is far off, and refuses.
+
+    Of a tenth of that the model differs by 1.3 % of its sag, which the stated error holds.
+    """
+    assert refused(CLAMPED.format(g=1000, way="-z"))
+    text = CLAMPED.format(g=100, way="-z") + "probe mid = point(frame, at = (0.5, 0, 0) m)\n"
+    text += "reference theory = frame_theory(frame)\nmodel m = frame6dof(segments = 80)\n"
+    found = run(text + "metric far = energy_norm(mid, against = theory)\n")
+    theory = found.references["theory"]
+    size = float(np.linalg.norm(theory.probes["mid"].displacement))
+    assert 0.01 < found.models["m"].metrics["far"].value < theory.estimated_error / size < 0.1

@@ -8,7 +8,7 @@ import pytest
 from softmark.solvers.mesh.sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import Section
 from softmark.solvers.mesh.tube import Annulus
-from softmark.solvers.stresses.sections import stress_in
+from softmark.solvers.stresses.sections import stress_in, stress_in_taper
 
 SECTIONS = {"disc": Disc(2.0), "ring": Annulus(2.0, 1.2), "high": Rectangle(1.0, 3.0), "wide": Rectangle(2.5, 1.0)}
 KINDS = pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS)
@@ -109,3 +109,23 @@ def test_published_numbers() -> None:
     s = stress_in(Rectangle(1.0, 1.0), 0.25, one * np.eye(6)[2], np.array([0.5, 0.0]), np.array([0.0, 0.0]))
     assert s[0, 2] / 1.5 == pytest.approx(1.126, abs=1e-3)
     assert s[1, 2] / 1.5 == pytest.approx(0.940, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["disc", "high", "wide"])
+def test_stress_follows_sides_that_lean(name: str) -> None:
+    """None crosses a border that leans, and resultants are what is carried: to rounding of Gauss's sums."""
+    section, rates = SECTIONS[name], (0.02, 0.02) if name == "disc" else (0.02, -0.03)
+    x2, x3, dA = places(section)
+    found = stress_in_taper(section, rates, 0.3, np.tile(CARRIED, (len(dA), 1)), x2, x3)
+    T = dA @ (found[:, 2] * x2 - found[:, 1] * x3)
+    np.testing.assert_allclose([*(dA @ found), T], CARRIED[:4], rtol=1e-3, atol=1e-3)
+    if name == "disc":
+        t = np.linspace(0.0, 6.0, 7)
+        n = np.stack([np.cos(t), np.sin(t)], axis=1)
+        X = 2.0 * n
+    else:
+        n, X = np.tile([1.0, 0.0], (5, 1)), np.stack([np.full(5, 0.5 * section.extents[0])] * 2, axis=1)
+        X[:, 1] = np.linspace(-0.3, 0.3, 5) * section.extents[1]
+    found = stress_in_taper(section, rates, 0.3, np.tile(CARRIED, (len(X), 1)), X[:, 0], X[:, 1])
+    leans = (n * X * rates).sum(axis=1)  # how much the border moves out along the axis
+    np.testing.assert_allclose((found[:, 1:] * n).sum(axis=1), found[:, 0] * leans, rtol=1e-6, atol=2e-3)

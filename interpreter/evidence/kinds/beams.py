@@ -20,8 +20,13 @@ from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.results.report import ModelResult
 from softmark.solvers.checks.solids import ForceBalance
+from softmark.solvers.mesh.shape import Swept
 
 TAPERED = 2.0  # times the square of the slope of the sides: stress follows them, and is not along the axis
+LEANING, BORED = (
+    0.1,
+    1.0,
+)  # times that slope, of shear: by Poisson's ratio, a cone has 0.04; and of bores that lean else
 BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and times that of stretch
 
 
@@ -78,7 +83,8 @@ class Beams(Voucher):
         if seen.in_forces:  # an energy goes with the square of what bends
             return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size
         if isinstance(seen.metric, OfTensors):
-            return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * of_sections(answer, seen)
+            missing = 2.0 * left_out(answer.declared.thing, answer.case, answer.result) + leaning(answer.case.prism)
+            return missing * of_sections(answer, seen)
         if not seen.in_displacements:
             raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
         return left_out(answer.declared.thing, answer.case, answer.result) * seen.size
@@ -106,6 +112,11 @@ def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     if missing + strained > COARSE:
         raise Unknown(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
     return missing + strained
+
+
+def leaning(shape: Swept) -> float:
+    """What the stress of sections leaves out where sides lean, relative: it knows how those lean that are outside."""
+    return (LEANING if shape.section.hollow is None else BORED) * shape.slope
 
 
 def of_sections(answer: Answer, seen: ProbeAnswer) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.beam_forces import along, arm_of, deformed, hats, worse
-from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams, of_sections
+from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams, leaning, of_sections
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.orders import COARSE
@@ -253,7 +253,8 @@ class Networks(Beams):
         if missing + strained > COARSE:
             raise Unknown(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
         size = of_sections(answer, seen) if tensors else seen.size
-        return (2.0 if seen.in_forces or tensors else 1.0) * (missing + strained) * size
+        leans = max(map(leaning, network.members)) if tensors else 0.0
+        return ((2.0 if seen.in_forces or tensors else 1.0) * (missing + strained) + leans) * size
 
 
 def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:

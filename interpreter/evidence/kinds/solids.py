@@ -14,7 +14,7 @@ from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
 from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
 from softmark.interpreter.evidence.materials import alone
-from softmark.interpreter.evidence.probe_answers import Floats, ProbeAnswer, Remembered, Unknown
+from softmark.interpreter.evidence.probe_answers import TRIFLE, Floats, ProbeAnswer, Remembered, Unknown
 from softmark.interpreter.evidence.tone_answers import ToneAnswer
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
@@ -28,6 +28,7 @@ from softmark.solvers.elements import named
 THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
 TIGHT = 0.49  # Poisson's ratio from which quadratic cells converge more slowly
+CHANCE = 0.5  # of the distance in the cells around it: as near may be the one point that is looked at
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
 
@@ -102,11 +103,27 @@ class Solids(Sized):
         else:
             fine = seen.at(self._finer(answer))
         apart = fine.apart(seen)
+        if seen.single and apart > TRIFLE * fine.size:
+            apart = max(apart, CHANCE * self._around(answer, seen))
         size = fine.beside(apart)
         left = self._leaves(answer) * apart
         if not left <= HOPELESS * size:
             raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
         return left
+
+    def _around(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """How far the finer space is at the nodes of the cells around a single point, in the unit of its metric.
+
+        At one point two meshes that both err may agree by chance, where their distance changes its sign; not at all
+        nodes around it.
+        """
+        mesh, fine = answer.mesh, self._finer(answer)
+        if mesh is None:
+            return 0.0
+        X, cells = mesh.mesh.points, mesh.mesh.cells
+        nearest = int(np.linalg.norm(X - seen.X[-1], axis=1).argmin())
+        nodes = np.unique(cells[(cells == nearest).any(axis=1)])
+        return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
 
     def _leaves(self, answer: Answer) -> float:
         """The error over the distance to the finer space; more of quadratic cells that must keep the volume.

@@ -20,9 +20,10 @@ from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.stresses.measures import Tensors
 from softmark.solvers.stresses.sampled import SYMMETRIC
-from softmark.solvers.stresses.sections import stress_in
+from softmark.solvers.stresses.sections import stress_in, stress_in_taper
 
 if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Section
     from softmark.solvers.stresses.field import Part
 
 AROUND = 1e-9  # of the length: a place beyond the end is at the end
@@ -105,7 +106,8 @@ class SectionStresses:
         found, places = np.zeros((len(s), 3)), np.clip(s, 0.0, shape.length)
         for place in np.unique(places).tolist():
             here = places == place
-            found[here] = stress_in(shape.section_at(place), nu, carried[here], u[here], v[here])
+            section, known = shape.section_at(place), (carried[here], u[here], v[here])
+            found[here] = stress_in_taper(section, _rates(shape, section), nu, *known)
         return found
 
     def shared(self, X: Floats) -> int:
@@ -132,6 +134,13 @@ class SectionStresses:
         s = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
         stress, strained, deviator = (float(np.sqrt((t**2).sum(axis=(1, 2)).mean())) for t in (sigma, strain, s))
         return stress, strained, deviator
+
+
+def _rates(shape: Swept, section: Section) -> tuple[float, float]:
+    """By what part of themselves the sides of a section grow along a body that tapers, 1/m."""
+    ends = zip(shape.section_at(0.0).extents, shape.section_at(shape.length).extents, section.extents, strict=True)
+    first, second = ((last - begin) / (shape.length * here) for begin, last, here in ends)
+    return first, second
 
 
 def _samples(shape: Swept, stations: Floats) -> Floats:

@@ -42,8 +42,9 @@ class Beam6Dof(Model):
     line loads are known.
 
     Stress at rest is that of sections that warp as they like (Navier, Saint-Venant): of stretch, bending, torsion and
-    transverse shear in circles, rings and rectangles. Within a width of what holds, loads or joins a beam they do not,
-    and the theory is crude, which is said (W356).
+    transverse shear in circles, rings and rectangles; where a beam tapers it follows the sides, to the first power of
+    their slope. Within a width of what holds, loads or joins a beam sections do not, and the theory is crude, which is
+    said (W356).
 
     In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
     sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without

@@ -428,7 +428,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> M
         workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
     else:
         wall, cpu = time.perf_counter(), time.process_time()
-        at = declared.at("mesh") if model.mesh is not None else case.body.at("shape")
+        at = declared.at("mesh") if model.mesh is not None else case.shaped
         shape = located(model.mesh or case.shape, at)
         cuts = model.cuts(case, shape)
         try:

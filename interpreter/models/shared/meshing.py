@@ -12,13 +12,12 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.elements import moments
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
-from softmark.solvers.mesh.mesh import areas
+from softmark.solvers.mesh.mesh import Mesh, areas
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.fem.words import Fem
     from softmark.interpreter.problem.case import Case
-    from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Shape
 
 SLIVER = 1e-3  # quality below which a cell of a file is named
@@ -59,7 +58,7 @@ def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnosti
     """A warning where a file holds cells that are nearly flat."""
     if not shape.file:
         return ()
-    found = qualities(mesh)
+    found = qualities(_as_wide(mesh) if shape.flat else mesh)
     count = int((found < SLIVER).sum())
     if not count:
         return ()
@@ -76,6 +75,14 @@ def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnosti
             "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
         ),
     )
+
+
+def _as_wide(mesh: Mesh) -> Mesh:
+    """The cells of a slice, each by itself and as thick as it is wide: its thickness says nothing of them."""
+    corners = mesh.points[mesh.cells]
+    depth = np.ptp(mesh.points[:, 2])
+    corners[:, :, 2] *= (np.sqrt(np.abs(mesh.volumes) / depth) / depth)[:, None]
+    return Mesh(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(mesh.cells.shape), mesh.kind)
 
 
 def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:

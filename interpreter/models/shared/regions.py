@@ -6,6 +6,7 @@ exact for borders that are planes, on straight cells.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.gripping import MISSED, SMALL, WHOLE, cells_of, fractions
 from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.parts.pieces import Bools, slack_of
 from softmark.interpreter.problem.regions import overlap, remaining, unordered
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
@@ -29,14 +31,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Prepared
 
 CUBIC: units.Dimension = units.power(units.LENGTH, 3)
+THIN = 0.25  # of a cell: more than that no curve leaves between nodes that follow it
 
 
 @dataclass(frozen=True)
 class Taken:
     """What of a part a mesh has, m^3: `asked` of it by the scene, `taken` by its cells.
 
-    `missed` lies in cells of another material, `beyond` in its own cells and not in the part. `beside` is the smallest
-    volume, m^3, of the body and of the other parts: what is missed of a large part may be most of a small one.
+    `missed` lies in cells of another material, `beyond` in its own cells and not in the part; `bent` of both lies
+    between a curved border and the flat sides of cells that follow it. `beside` is the smallest volume, m^3, of the
+    body and of the other parts: what is missed of a large part may be most of a small one.
     """
 
     asked: float
@@ -44,11 +48,19 @@ class Taken:
     missed: float
     beyond: float
     beside: float
+    bent: float = 0.0
 
     @property
     def off(self) -> float:
         """What is of the wrong material, as a part of what was asked for, or of what lies beside it if that is less."""
-        wrong = self.missed + self.beyond
+        return self._share(self.missed + self.beyond)
+
+    @property
+    def cut(self) -> float:
+        """The same in cells that the border cuts, beside what lies between it and the sides of others."""
+        return self._share(max(self.missed + self.beyond - self.bent, 0.0))
+
+    def _share(self, wrong: float) -> float:
         return wrong / min(self.asked, self.beside) if wrong else 0.0
 
 
@@ -93,7 +105,9 @@ def owners(case: Case, mesh: Mesh) -> Owners:
 def _found(case: Case, mesh: Mesh) -> Owners:
     kind = cells_of(mesh, case.depth)
     _disjoint(case, mesh)
-    shares = np.array([fractions(where, kind, mesh) for where in remaining(case)])  # (r, m)
+    parts = remaining(case)
+    shares = np.array([fractions(where, kind, mesh) for where in parts])  # (r, m)
+    along = [_along(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
     shares[0, shares[0] <= SMALL] = 0.0  # of the body: what rounding leaves
     most = _most(shares)
@@ -107,8 +121,20 @@ def _found(case: Case, mesh: Mesh) -> Owners:
         if alike and asked[i] <= SMALL * asked.sum():  # it lies within another of the same material
             taken.append(Taken(0.0, 0.0, 0.0, 0.0, least))
         else:
-            taken.append(_taken(part, kind.sizes, shares[i], cells == i, least))
+            taken.append(_taken(part, kind.sizes, shares[i], cells == i, along[i - 1], least))
     return Owners(cells, tuple(taken), shares, kind.sizes)
+
+
+def _along(where: Condition, mesh: Mesh, share: Floats) -> Bools:
+    """Cells (m,) that have nodes on a border and none beyond it: what a curve leaves of them between nodes is thin."""
+    found = np.minimum(share, 1.0 - share) <= THIN
+    on = np.zeros_like(found)
+    for border in where.borders:
+        slack = slack_of(border, mesh.extent)
+        level = np.broadcast_to(border.at(*mesh.points.T), len(mesh.points))[mesh.cells]
+        found &= (level.min(axis=1) >= -slack) | (level.max(axis=1) <= slack)
+        on |= np.abs(level).min(axis=1) <= slack
+    return np.asarray(found & on)
 
 
 def _leaning(shares: Floats, most: Ints, part: int, side: int) -> Ints:
@@ -126,16 +152,17 @@ def _most(shares: Floats) -> Ints:
     return found
 
 
-def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, beside: float) -> Taken:
+def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools, beside: float) -> Taken:
     asked = float(share @ sizes)
     if asked <= SMALL * float(sizes.sum()):
         raise fault(
             "E302", part.at("where"), f"`{part.name}` selects no part of `{part.thing.body}`", "selects nothing",
             "a part with a material of its own has a volume within the body, and not under another part alone",
         )  # fmt: skip
-    missed, beyond = float((share * sizes)[~own].sum()), float(((1.0 - share) * sizes)[own].sum())
+    wrong = np.where(own, 1.0 - share, share) * sizes
+    missed, beyond, bent = (float(wrong[which].sum()) for which in (~own, own, along))
     missed, beyond = (0.0 if v <= WHOLE * asked else v for v in (missed, beyond))
-    return Taken(asked, float(sizes[own].sum()), missed, beyond, beside)
+    return Taken(asked, float(sizes[own].sum()), missed, beyond, beside, bent)
 
 
 def _disjoint(case: Case, mesh: Mesh) -> None:
@@ -178,15 +205,16 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def missed(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
-    """Of every part that cells do not follow what is of the wrong material, and how they are to lean for a bound.
+    """Of every part that cells do not follow what may be made of it, and how they are to lean for a bound.
 
-    They do not, (0, 0), where next to nothing is missed: what a polygon leaves of a circle.
+    That is what is of the wrong material where cells that the border cuts hold next to nothing of it, as a polygon
+    leaves of a circle, else without limit. They do not lean, (0, 0), where all that is missed is next to nothing.
     """
     if not case.parts or prepared.mesh is None:
         return []
-    own = owners(case, prepared.mesh)
-    return [
-        (taken.off, (number, own.side(number)) if taken.off > MISSED else (0, 0))
-        for number, taken in enumerate(own.taken, start=1)
-        if taken.off > 0.0
-    ]
+    own, found = owners(case, prepared.mesh), []
+    for number, taken in enumerate(own.taken, start=1):
+        if taken.off > 0.0:
+            way = (number, own.side(number)) if taken.off > MISSED else (0, 0)
+            found.append((taken.off if taken.cut <= MISSED else math.inf, way))
+    return found

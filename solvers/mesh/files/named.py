@@ -21,7 +21,7 @@ from softmark.solvers.mesh.mesh import Ints
 
 CORNERS = abaqus_sets.SHELLS | {"triangle7": 3}
 VALUES = 1000  # different numbers on cells, more of which are a result and no names
-FACES = ":faces"
+FACES, EDGES = ":faces", ":edges"
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
     if path.suffix.lower() == ".inp":
         return _of_sets(abaqus_sets.read(path, data, kind, cells, element), cells, element)
     found: dict[str, Group] = {}
-    for name, masks in _masks(data):
-        own = _members(data, masks, kind)
+    for name, which in masks(data):
+        own = _members(data, which, kind)
         if len(own.cells) or not own.facets:
             found[name] = Group("cells", own.cells)
         if own.facets:
@@ -80,8 +80,8 @@ def _members(data: Any, masks: list[Any], kind: str) -> Named:
     return Named(np.concatenate(cells), tuple(facets))
 
 
-def _masks(data: Any) -> Iterator[tuple[str, list[Any]]]:
-    """Every name of a file, and which cells of every block it holds."""
+def masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list[Any]]]:
+    """Every name of a file, and which cells of every block it holds; `dims` are those of cells and of their sides."""
     said = set()
     for name, sets in getattr(data, "cell_sets", {}).items():
         if not name.startswith("gmsh:"):
@@ -90,7 +90,7 @@ def _masks(data: Any) -> Iterator[tuple[str, list[Any]]]:
     arrays = getattr(data, "cell_data", {})
     for array, blocks in arrays.items():
         if array == "gmsh:physical":
-            yield from ((n, m) for n, m in _physical(data, blocks) if n not in said)
+            yield from ((n, m) for n, m in _physical(data, blocks, dims) if n not in said)
         elif not array.startswith("gmsh:") and array not in said:
             yield from _numbered(array, blocks)
 
@@ -102,15 +102,16 @@ def _mask(count: int, members: Any) -> Any:
     return found
 
 
-def _physical(data: Any, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
+def _physical(data: Any, blocks: list[Any], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
     """Physical groups of Gmsh, by name, and those without one by number."""
     names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
     dims = [block.dim for block in data.cells]
-    used = {(int(t), d) for own, d in zip(blocks, dims, strict=True) for t in np.unique(own) if t and d >= 2}
+    used = {(int(t), d) for own, d in zip(blocks, dims, strict=True) for t in np.unique(own) if t and d in of}
     for tag, dim in sorted(used):
-        masks = [(np.asarray(own) == tag) & (d == dim) for own, d in zip(blocks, dims, strict=True)]
-        twice = (tag, 5 - dim) in used and (tag, dim) not in names
-        yield names.get((tag, dim), f"{tag}{FACES}" if twice and dim == 2 else str(tag)), masks
+        which = [(np.asarray(own) == tag) & (d == dim) for own, d in zip(blocks, dims, strict=True)]
+        twice = (tag, sum(of) - dim) in used and (tag, dim) not in names
+        beside = FACES if dim == 2 else EDGES
+        yield names.get((tag, dim), f"{tag}{beside}" if twice and dim == of[1] else str(tag)), which
 
 
 def _numbered(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:

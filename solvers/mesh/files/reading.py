@@ -46,7 +46,7 @@ def read(path: str, unit: float, coincident: str = "refuse", named: bool = False
 
     Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
     """
-    data = _parsed(Path(path))
+    data = parsed(Path(path))
     there = {block.type for block in data.cells}
     solids = sorted(there & KINDS.keys())
     if not solids:
@@ -60,7 +60,7 @@ def read(path: str, unit: float, coincident: str = "refuse", named: bool = False
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     whole = np.concatenate(cells).astype(np.int64)
-    points, kind = _points(data, unit), KINDS[solids[0]]
+    points, kind = placed(data, unit), KINDS[solids[0]]
     mesh = checked(points, whole, kind, coincident)
     return replace(mesh, groups=_groups(data, Path(path), Mesh(points, whole, kind), mesh)) if named else mesh
 
@@ -84,7 +84,7 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
 
     Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.
     """
-    data = _parsed(Path(path))
+    data = parsed(Path(path))
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
         return surface(read(path, unit, coincident))
@@ -101,7 +101,7 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
         known = "write the surface as .stl, .obj, .ply, .off or .vtk, and name that file"
         raise UnreadableMesh(f"`{ending}` is no ending of a surface's format that is known", remedy=known)
     try:
-        data = _parsed(Path(path))
+        data = parsed(Path(path))
     except UnreadableMesh as error:
         raise UnreadableMesh(str(error), error.code, SURFACE_AGAIN) from error
     there = {block.type for block in data.cells}
@@ -139,14 +139,14 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
 def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3): those of the file, and the halves of its quadrilaterals."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
-    return _points(data, unit), np.concatenate(found).astype(np.int64)
+    return placed(data, unit), np.concatenate(found).astype(np.int64)
 
 
 def read_points(path: str, unit: float) -> Floats:
     """The points (n, 3) in m that cells of a file use, in its order. Raises UnreadableMesh."""
-    data = _parsed(Path(path))
+    data = parsed(Path(path))
     cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
-    points = _points(data, unit)
+    points = placed(data, unit)
     named = np.concatenate(cells) if cells else np.arange(len(points))
     return used(points, named[:, None].astype(np.int64))[0]
 
@@ -194,7 +194,8 @@ def _reason(error: Exception) -> str:
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
-def _points(data: Any, unit: float) -> Floats:
+def placed(data: Any, unit: float) -> Floats:
+    """The points (n, 3) of a file, m. Raises UnreadableMesh."""
     read = np.asarray(data.points, dtype=np.float64)
     if read.ndim != 2 or not len(read):
         raise UnreadableMesh("it has no points", remedy=AGAIN)
@@ -205,7 +206,7 @@ def _points(data: Any, unit: float) -> Floats:
     return points
 
 
-def _parsed(path: Path) -> Any:
+def parsed(path: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises UnreadableMesh."""
     _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
