@@ -11,7 +11,6 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.problem.case import Case, Fault, fault
-from softmark.interpreter.problem.field_files import reading
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -189,6 +188,7 @@ def must_be_mirrored(case: Case, X: Floats) -> None:
 
 def _unlike(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
     """The first of points X (n, 3), m, where a law is not that of its mirror image; None where it is one everywhere."""
+    from softmark.interpreter.problem.field_files import reading
     from softmark.solvers.materials.frame import NoDirection
 
     image, turned = X.copy(), np.ones(3)
