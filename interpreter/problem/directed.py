@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.supports import Symmetric
 
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.energies.energy import Floats
+else:
+    from softmark.solvers.base.deferred import np
+
+ASKED = 4096  # points at which a mirror image is looked at
+ALIKE = 1e-6  # of an energy: rounding, and directions written with as many digits
+STRAINED = (  # F at which it is: with stretch all ways, for fibres that resist it alone, and no symmetry of its own
+    ((1.05, 0.031, 0.017), (0.009, 1.04, 0.023), (0.027, 0.006, 1.06)),
+    ((1.06, -0.028, 0.011), (0.004, 1.03, -0.019), (-0.021, 0.013, 1.07)),
+)
 FEM = "use `fem(...)` with `strain = finite`, which takes every law as it is"
 
 
@@ -85,12 +101,41 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
         yield diagnostic("E363", declared.at("strain"), f"the material of `{body}` has fibres, and strain = "
                          f"{thing.strain} takes every material for an isotropic one", "knows no directions",
                          "use `strain = finite`")  # fmt: skip
+    elif (askew := _askew(case)) is not None:
+        yield askew
     elif case.planar:
         yield from _planar(declared, case)
     elif isinstance(case.analysis, Dynamic) and any(hasattr(m, "passive") for m in case.materials):
         yield diagnostic("E368", declared.at(), f"`{declared.name}` moves, and muscle pulls at rest alone",
                          "not in a dynamic analysis", "use `static()`, in which tension grows with loads, or the law"
                          " without `active`")  # fmt: skip
+
+
+def _askew(case: Case) -> Diagnostic | None:
+    """Of planes of symmetry, where directions are the same everywhere; others are asked on a mesh."""
+    if not any(isinstance(support.thing, Symmetric) for support in case.supports):
+        return None
+    for material in {id(m): m for m in (case.material, *case.materials)}.values():
+        if directed(material) and not material.thin and not _unsaid(material):
+            try:
+                must_be_mirrored(replace(case, other_material=material), np.zeros((1, 1, 3)))
+            except Fault as refused:
+                return refused.diagnostic
+    return None
+
+
+def _unsaid(material: Any) -> bool:
+    """Whether directions are not known without a mesh, or are refused already."""
+    from softmark.solvers.materials.anisotropic import missing_sheets
+    from softmark.solvers.materials.frame import NoDirection
+
+    law = getattr(material, "passive", material)
+    if material.fibres is None or material.turning or (directed(law) and missing_sheets(law)):
+        return True
+    try:
+        return not (material.frame and (not directed(law) or law.frame))
+    except NoDirection:
+        return True
 
 
 def _planar(declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -119,6 +164,51 @@ def _level(material: Any) -> bool:
         elif direction[2] != 0.0 and (direction[0] != 0.0 or direction[1] != 0.0):
             return False
     return True
+
+
+def must_be_mirrored(case: Case, X: Floats) -> None:
+    """In each plane of symmetry fibres are their own mirror image, over points X (m, q, 3), m. Raises Fault.
+
+    Half of a body stands for the whole only so: else the other half is another one than the scene's.
+    """
+    flat = X.reshape(-1, 3)
+    some = flat[:: max(1, len(flat) // ASKED)]
+    for support in case.supports:
+        if isinstance(support.thing, Symmetric) and support.thing.normal is not None:
+            axis, place = support.thing.normal
+            odd = _unlike(case.material, some, axis, place)
+            if odd is not None:
+                where = units.show_all(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)
+                at = f" at {where}" if getattr(case.material, "turning", False) else ""
+                raise fault("E369", support.at(), f"fibres of `{case.body.name}`{at} have another mirror image in "
+                            f"`{support.name}` than the material has there", "half does not stand for the whole",
+                            f"model the whole body; a wall in place of the plane is `fixed(..., components = "
+                            f"{'xyz'[axis]})`")  # fmt: skip
+
+
+def _unlike(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
+    """The first of points X (n, 3), m, where a law is not that of its mirror image; None where it is one everywhere."""
+    from softmark.interpreter.problem.field_files import reading
+    from softmark.solvers.materials.frame import NoDirection
+
+    image, turned = X.copy(), np.ones(3)
+    image[:, axis] = 2.0 * place - X[:, axis]
+    turned[axis] = -1.0
+    laws = (material.pull, material.passive) if hasattr(material, "passive") else (material,)
+    for law in laws:
+        if not directed(law):
+            continue
+        try:
+            here, there = law.placed(X[None], reading), law.placed(image[None], reading)
+        except NoDirection as error:  # of the body itself they are known already: `turned` in models/shared/graded.py
+            return X[0] if error.place is None else np.array(error.place)
+        for strained in STRAINED:
+            F = np.broadcast_to(np.array(strained), (len(X), 3, 3))
+            one, other = here.psi(F), there.psi(F * np.outer(turned, turned))
+            odd = ~(abs(one - other) <= ALIKE * abs(one))
+            if odd.any():
+                return np.asarray(X[int(np.argmax(odd))])
+    return None
 
 
 def must_be_isotropic(reference: Declared, case: Case) -> None:

@@ -158,3 +158,83 @@ def test_nothing_of_it_is_imported_for_other_scenes() -> None:
     others = ("interpreter.problem.directed", "interpreter.evidence.fibres", "interpreter.vocabulary.fibres",
               "solvers.checks.fibres", "solvers.materials.varying")  # fmt: skip
     assert not found & set(others)
+
+
+HALVED = """
+material tissue = {law}
+material muscle = active(tissue, tension = 1 kPa{own})
+body     bar   = solid(box(size = (40, {wide}, 10) mm, origin = (0, {low}, 0) mm), {made_of})
+support  wall  = fixed(bar, where = x <= 0 mm)
+{mirror}
+load     pull  = traction(bar, where = x >= 40 mm, vector = (200, 0, 0) Pa)
+model    cubes = fem(hex8, strain = finite, size = 5 mm)
+probe    tip   = point(bar, at = (40, 10, 0) mm)
+metric   far   = displacement(tip, along = +x)
+metric   side  = displacement(tip, along = +y)
+"""
+LOOSELY = ", bulk = 20 kPa"
+RUBBER = "neo_hookean(young = 10 kPa, poisson = 0.4, density = 1000 kg/m^3)"
+
+
+def halved(law: str, own: str = "", whole: bool = False) -> dict[str, float]:
+    """What half of a bar finds, or the whole of it, m; with `own` fibres it pulls along them. Raises SceneError."""
+    mirror = "" if whole else "support middle = symmetric(bar, where = y <= 0 mm)"
+    wide, low = (20, -10) if whole else (10, 0)
+    text = HALVED.format(law=law, mirror=mirror, wide=wide, low=low, own=f", own = {own or '+x'}",
+                         made_of="muscle" if own else "tissue")  # fmt: skip
+    return {name: float(m.value or 0.0) for name, m in softmark.loads(text).run().models["cubes"].metrics.items()}
+
+
+@pytest.mark.parametrize("fibres", ["(1, 0, 1)", "(10 mm, y, 0 mm)"])
+def test_half_stands_for_the_whole_where_fibres_are_their_own_mirror_image(fibres: str) -> None:
+    """The same mesh on both sides: to what the solver leaves of forces."""
+    law = LAWS["guccione"].format(fibres=fibres, more=LOOSELY)
+    assert halved(law) == pytest.approx(halved(law, whole=True), rel=1e-7)
+
+
+@pytest.mark.parametrize(("law", "own"), [
+    (LAWS["guccione"].format(fibres="(1, 1, 0)", more=LOOSELY), ""),
+    (LAWS["guccione"].format(fibres="(y + 1 mm, x, 0 mm)", more=LOOSELY), ""),  # askew in the plane
+    (LAWS["guccione"].format(fibres="(10 mm, y^2 / 10 mm, 0 mm)", more=LOOSELY), ""),  # beside it
+    (LAWS["artery"].format(fibres="(1, 1, 0)", more=LOOSELY), ""),
+    (RUBBER, "(1, 1, 0)"),
+])  # fmt: skip
+def test_half_does_not_stand_for_the_whole_where_they_are_not(law: str, own: str) -> None:
+    """At 45 degrees the end of the half went 0.05 mm to the side, and that of the whole goes 0.34 mm."""
+    with pytest.raises(softmark.SceneError) as refused:
+        halved(law, own)
+    assert [d.code for d in refused.value.diagnostics] == ["E369"]
+
+
+def test_fibres_in_all_directions_alike_have_any_mirror_image() -> None:
+    """Dispersion of a third, and two families that a mirror makes of each other."""
+    halved(LAWS["artery"].replace("kappa = 0.1", "kappa = 0.3333333333333333").format(fibres="(1, 1, 0)", more=LOOSELY))
+    crossed = LAWS["artery"].replace("sheets = +z", "sheets = +y")
+    halved(crossed.format(fibres="+x", more=LOOSELY))
+
+
+WOUND = """
+fibres   winding = helix(endo = {angle}, epi = {angle}, {wall})
+material muscle  = {law}
+body     part    = solid(box(size = (2, 2, 2) mm, origin = (7.3, 0, 0) mm), muscle)
+support  base    = fixed(part, where = z >= 2 mm)
+support  middle  = symmetric(part, where = y <= 0 mm)
+load     pull    = traction(part, where = z <= 0 mm, vector = (0, 0, -100) Pa)
+model    cubes   = fem(hex8, strain = finite, size = 2 mm)
+probe    tip     = point(part, at = (9, 2, 0) mm)
+metric   far     = displacement(tip, along = -z)
+"""
+
+
+@pytest.mark.parametrize(("angle", "codes"), [("0 deg", []), ("90 deg", []), ("30 deg", ["E369"])])
+def test_the_mirror_image_of_a_screw_is_another(angle: str, codes: list[str]) -> None:
+    """A plane through the axis of a helix: rings and meridians go on beyond it, a right-handed screw does not."""
+    law = HEART.format(fibres="winding", more=LOOSELY)
+    wall = "inner = 7 mm, inner_along = 17 mm, outer = 10 mm, outer_along = 20 mm"
+    scene = softmark.loads(WOUND.format(angle=angle, law=law, wall=wall))
+    found: list[str] = []
+    try:
+        scene.run()
+    except softmark.SceneError as refused:
+        found = [d.code for d in refused.diagnostics]
+    assert found == codes

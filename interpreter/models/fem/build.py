@@ -29,7 +29,7 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.pieces import Piece, pieces, sampled
+from softmark.interpreter.models.shared.pieces import Piece, must_be_mirrored, pieces, sampled
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
@@ -278,6 +278,7 @@ def at_rest(
     passive, tensions = muscles(each)
     internal, twins = formulations.of_parts(model, passive, energies)
     fixed, target, way = solid_supports(case, mesh, workshop.measured)
+    must_be_mirrored(each)
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points

@@ -51,6 +51,17 @@ def sampled(each: tuple[Piece, ...]) -> tuple[Piece, ...]:
     return tuple(own if own.case.uniform else replace(own, case=graded.at_points(own), graded=own.case) for own in each)
 
 
+def must_be_mirrored(each: tuple[Piece, ...]) -> None:
+    """Pieces with fibres are what planes of symmetry make of them. Raises Fault."""
+    for own in each:
+        case = own.graded or own.case
+        if getattr(case.material, "directed", False):
+            from softmark.interpreter.models.shared.graded import places
+            from softmark.interpreter.problem import directed
+
+            directed.must_be_mirrored(case, places(own.mesh, own.mesh.element.quadrature()))
+
+
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
     """The cells of every material that has some; of a body of one material the whole. Raises Fault."""
     if not case.parts:

@@ -82,7 +82,7 @@ def closed(points: Floats, triangles: Ints) -> Closed:
     """The surface of one body, of triangles (t, 3) as a file has them. Raises UnreadableMesh."""
     points, triangles, _ = used(points, triangles)
     repairs: list[str] = []
-    points, triangles = _joined(points, triangles, repairs)
+    points, triangles = joined(points, triangles, repairs)
     triangles = _once(triangles, repairs)
     triangles = _turned(points, triangles, repairs)
     whole = float(areas(points, triangles).sum())
@@ -112,7 +112,7 @@ def _nothing(why: str) -> UnreadableMesh:
 # ------------------------------------------------------------------ points and triangles
 
 
-def _joined(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints]:
+def joined(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints]:
     """Points at one place made one: each triangle of an STL file has its own. Triangles without extent are dropped."""
     from scipy.spatial import cKDTree
 
