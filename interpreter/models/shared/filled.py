@@ -88,8 +88,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 def repaired(case: Case, surface: Closed) -> Diagnostic | None:
     """A warning about a surface that was mended: what, how much of it, and what its volume may be off by."""
-    ours = not case.shape.file and not (surface.capped or surface.crossings)
-    if not surface.repairs or ours:  # points joined where bodies were combined: nobody else made that surface
+    if not surface.repairs:
         return None
     volume = units.show(float(f"{surface.volume:.5g}"), VOLUME)
     open_ = f", give or take {100 * surface.doubt:.2g} % for what was closed" if surface.capped else ""
