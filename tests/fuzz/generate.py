@@ -300,6 +300,9 @@ class Maker:
     def _direction(self, asked: Field, depth: int) -> str:
         return str(self.pick(DIRECTIONS if self.wrong else DIRECTIONS[:5]))
 
+    def _fibres(self, asked: Field, depth: int) -> str:
+        return str(self.pick(("+x", "(1, 1, 0)", "(-y, x, 0 mm)", "helix(inner = 60 deg, outer = -60 deg)")))
+
     def _condition(self, asked: Field, depth: int) -> str:
         return str(self.pick(CONDITIONS if self.wrong else CONDITIONS[:1]))
 

@@ -106,7 +106,7 @@ def test_models_are_inside_or_outside_in_every_state() -> None:
     assert section.count('<svg class="band"') == 2 * 3 * 2
     assert section.count("consensus of 3 codes") == 3 * 2 + 1
     kept = json.loads(json.dumps(report.to_json()))["references"]
-    assert {n: r["kind"] for n, r in kept.items()} == {"theory": "theory", "codes": "consensus", "one": "one code"}
+    assert {n: r["kind"] for n, r in kept.items()} == {"theory": "theory", "codes": "consensus", "one": "code"}
     assert kept["theory"]["means"] == "ordinary differential equation"
     facts = kept["codes"]["facts"]
     assert (facts["codes"], facts["low"], facts["high"]) == (3, pytest.approx(0.0507), pytest.approx(0.051))

@@ -59,8 +59,11 @@ def read(path: str, unit: float, coincident: str = "refuse", named: bool = False
     if others:
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
-    whole = np.concatenate(cells).astype(np.int64)
     points, kind = placed(data, unit), KINDS[solids[0]]
+    many = element_of(kind).nodes
+    if wrong := [block.shape for block in cells if block.ndim != 2 or block.shape[1] != many]:
+        raise UnreadableMesh(f"its {solids[0]} cells have {wrong[0][-1]} nodes each, which is not {many}")
+    whole = np.concatenate(cells).astype(np.int64)
     mesh = checked(points, whole, kind, coincident)
     return replace(mesh, groups=_groups(data, Path(path), Mesh(points, whole, kind), mesh)) if named else mesh
 
