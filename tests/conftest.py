@@ -59,6 +59,7 @@ BROAD = {
     "rubber-vessels", "spherical-inclusion", "plate-with-a-hole", "rigid-frames", "ringing-cylinder",
     "heart-beam", "ventricle-inflated", "ventricle-contracting", "relaxing-bars", "relaxing-rubber", "zener-bar",
     "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections", "one-point",
+    "elastic-foundation",
     "ring-of-a-file",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with

@@ -70,6 +70,7 @@ support back = fixed(block, where = x >= 40 mm, components = (x, y))
     assert model.reactions["bed"].held == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("directions", "share"), [("normal", 0.5), ("all", 1.0)])
 def test_a_pin_in_a_bed_all_around(directions: str, share: float) -> None:
     """Moved across by d, a pin is pushed back by k d (n . e)^2: half of the side's area counts where it may slide.

@@ -57,6 +57,7 @@ def test_levers_that_cost_no_accuracy(report: softmark.Report) -> None:
         assert drop(report.models[name]) == pytest.approx(exact, rel=error), name
 
 
+@pytest.mark.slow
 def test_single_precision_is_said_to_end_in_rounding(report: softmark.Report) -> None:
     solve = report.models["single"].solve
     assert solve["criterion"].startswith("rounding")

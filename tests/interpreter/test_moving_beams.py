@@ -119,7 +119,8 @@ load arm = point_force(bar, at = (200, 3, 3) mm, vector = (10, -10, 15) mN{ramp}
     np.testing.assert_allclose(end.displacement, rest.displacement, atol=1e-5)
 
 
-@pytest.mark.parametrize("integrator", ["midpoint", pytest.param("generalized_alpha", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["midpoint", "generalized_alpha"])
 def test_a_clamp_that_turns_takes_the_bar_around_more_than_once(integrator: str) -> None:
     """By 400 degrees about an axis beside it, slowly: the clamp is on its circle to rounding whatever the steps.
 

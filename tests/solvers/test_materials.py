@@ -374,7 +374,13 @@ def test_every_field_tells_its_unit_range_and_meaning(name: str) -> None:
     hints = typing.get_type_hints(material, include_extras=True)
     assert set(hints) >= {"young", "poisson", "density"}
     told = {name: hint.__metadata__ for name, hint in hints.items() if hasattr(hint, "__metadata__")}
-    assert hints.keys() - told.keys() <= {"young", "either", "varying", "powerless", "branches"}  # what follows is no field
+    assert hints.keys() - told.keys() <= {
+        "young",
+        "either",
+        "varying",
+        "powerless",
+        "branches",
+    }  # what follows is no field
     anything = {"c2", "c3", "mu", "alpha"}  # constants of either sign
     for field, (*unit, meaning) in told.items():
         assert not unit or " in " in unit[0] or field in anything
