@@ -297,11 +297,16 @@ class Maker:
     def _amount(self, asked: Field, depth: int) -> str:
         return self.number() + str(self.pick(("", " mm", " N", " %", " kPa", " s")))
 
+    def _amounts(self, asked: Field, depth: int) -> str:
+        return self._amount(asked, depth) if self.pick((True, False)) else f"[1, {self.number()}] mm"
+
     def _direction(self, asked: Field, depth: int) -> str:
         return str(self.pick(DIRECTIONS if self.wrong else DIRECTIONS[:5]))
 
     def _fibres(self, asked: Field, depth: int) -> str:
-        return str(self.pick(("+x", "(1, 1, 0)", "(-y, x, 0 mm)", "helix(inner = 60 deg, outer = -60 deg)")))
+        if depth < 3 and self.pick((False, True)):
+            return self.call("fibres", depth + 1)
+        return str(self.pick(("+x", "(1, 1, 0)", "(-y, x, 0 mm)")))
 
     def _condition(self, asked: Field, depth: int) -> str:
         return str(self.pick(CONDITIONS if self.wrong else CONDITIONS[:1]))
