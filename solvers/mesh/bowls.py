@@ -154,7 +154,7 @@ class Bowl(Wall, Shape):
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
         low, high = [], []
-        edge = self.outer * math.sqrt(1.0 - (self.rim / self.outer_along) ** 2)
+        edge = self.outer * math.sqrt(max(0.0, 1.0 - (self.rim / self.outer_along) ** 2))
         for o, e in zip(self.origin, self.axis, strict=True):
             across = math.sqrt(max(0.0, 1.0 - e * e))
             reach = math.hypot(self.outer * across, self.outer_along * e)

@@ -89,7 +89,7 @@ probe tip = point(net, at = (0.5, 0, 0) m)
     M = np.asarray(problem.mass).reshape(-1, 6)
 
     def seen(motion: Motion) -> np.ndarray:
-        x = model._chart.state(motion.x)
+        x = model._turning.chart.state(motion.x)
         p, at = M * motion.v.reshape(-1, 6), x.reshape(-1, 7)[layout.first, :3]
         turning = np.einsum("pij,pj->i", layout.frames(x), p[:, 3:])
         return np.array([p[:, :3].sum(axis=0), np.cross(at, p[:, :3]).sum(axis=0) + turning])

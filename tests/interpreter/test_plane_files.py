@@ -92,7 +92,7 @@ def same(*which: str, **names: str) -> None:
         assert one[name] == pytest.approx(other[name], rel=1e-9), name
     for name in one.keys() & third.keys():
         assert one[name] == pytest.approx(third[name], rel=1e-9), name
-    assert {"down", "most", "held", "energy"} < one.keys() & other.keys() & third.keys()
+    assert {"down", "most", "held", "energy"} <= one.keys() & other.keys() & third.keys()
 
 
 @pytest.mark.slow
