@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import FIBRES, Anisotropic, add_turned, along
-from softmark.solvers.materials.components import displacement_gradient
+from softmark.solvers.materials.anisotropic import FIBRES, Anisotropic, along
+from softmark.solvers.materials.components import add_turned, displacement_gradient
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.frame import Frame

@@ -232,11 +232,3 @@ def dyad(a: Array, b: Array) -> Array:
     """a (x) b (9, m) of a (3, m) and b (3, m or 1)."""
     found: Array = (a[:, None] * b[None]).reshape(9, -1)
     return found
-
-
-def add_turned(H: Array, S: Array) -> None:
-    """H_iJkL += delta_ik S_JL, upper triangle; S (3, 3, m or 1) symmetric."""
-    for q in range(3):
-        for p in range(3):
-            for r in range(p, 3):
-                H[3 * q + p, 3 * q + r] += S[p, r]

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.components import (
+    add_carried,
     add_cross,
     add_diagonal,
     add_identity,
     add_outer,
+    add_turned,
     cofactor,
     displacement_gradient,
     inner,
@@ -114,7 +116,8 @@ class BarInvariantLaw(Hyperelastic):
         if second is not None:
             turned += b * C
             add_outer(H, b * rows, rows)
-            _add_products(H, f, b)
+            add_turned(H, -b * product(transposed(f), f))
+            add_carried(H, -b * product(f, transposed(f)))
             a = a + b * inner(f, f)
         add_cross(H, turned)
         add_identity(H, a)
@@ -152,14 +155,3 @@ def _second(f: Array) -> Array:
     found: Array = inner(f, f) * f
     found -= product(f, product(transposed(f), f))
     return found
-
-
-def _add_products(H: Array, f: Array, b: Number) -> None:
-    """H_iJkL -= b (d_ik (F^T F)_JL + (F F^T)_ik d_JL), upper triangle."""
-    right, left = b * product(transposed(f), f), b * product(f, transposed(f))
-    for i in range(3):
-        for J in range(3):
-            for L in range(J, 3):
-                H[3 * i + J, 3 * i + L] -= right[J, L]
-            for k in range(i, 3):
-                H[3 * i + J, 3 * k + J] -= left[i, k]

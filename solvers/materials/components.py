@@ -136,6 +136,22 @@ def add_identity(H: Array, value: Array | float) -> None:
         H[r, r] += value
 
 
+def add_turned(H: Array, S: Array) -> None:
+    """H_iJkL += delta_ik S_JL, upper triangle; S (3, 3, m or 1) symmetric."""
+    for i in range(3):
+        for J in range(3):
+            for L in range(J, 3):
+                H[3 * i + J, 3 * i + L] += S[J, L]
+
+
+def add_carried(H: Array, b: Array) -> None:
+    """H_iJkL += b_ik delta_JL, upper triangle; b (3, 3, m) symmetric."""
+    for J in range(3):
+        for i in range(3):
+            for k in range(i, 3):
+                H[3 * i + J, 3 * k + J] += b[i, k]
+
+
 def write_symmetric(H: Array, out: Array) -> None:
     """The upper triangle H (9, 9, m) into the full tensors out (m, 3, 3, 3, 3)."""
     full = out.reshape(-1, 9, 9).transpose(1, 2, 0)

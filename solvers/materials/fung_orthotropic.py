@@ -6,17 +6,14 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import (
-    Anisotropic,
-    Bulk,
-    Density,
-    Fibres,
-    Sheets,
+from softmark.solvers.materials.anisotropic import Anisotropic, Bulk, Density, Fibres, Sheets, along, dyad
+from softmark.solvers.materials.components import (
+    add_outer,
     add_turned,
-    along,
-    dyad,
+    displacement_gradient,
+    product,
+    transposed,
 )
-from softmark.solvers.materials.components import add_outer, displacement_gradient, product, transposed
 
 if TYPE_CHECKING:
     import numpy as np

@@ -12,11 +12,12 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import Anisotropic, add_turned, along, dyad
+from softmark.solvers.materials.anisotropic import Anisotropic, along, dyad
 from softmark.solvers.materials.components import (
     add_cross,
     add_identity,
     add_outer,
+    add_turned,
     cofactor,
     displacement_gradient,
 )

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.solvers.materials.components import (
+    add_carried,
     add_cross,
     add_diagonal,
+    add_turned,
     cofactor,
     displacement_gradient,
     inner,
@@ -59,7 +61,8 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         rows = f.reshape(9, -1)
         set_outer(H, rows, (lam + mu) * rows)
         add_cross(H, -mu * cofactor(f))
-        _add_frames(H, mu * product(f, transposed(f)), self._S(f))
+        add_carried(H, mu * product(f, transposed(f)))
+        add_turned(H, self._S(f))
 
     def _S(self, f: Array) -> Array:
         """Second Piola-Kirchhoff stress lam tr(E) I + 2 mu E (3, 3, m)."""
@@ -72,15 +75,6 @@ def _green_strain(f: Array) -> Array:
     """E = (h + h^T + h^T h)/2 (3, 3, m), h = F - I: accurate near rest."""
     h = displacement_gradient(f)
     return 0.5 * (h + transposed(h) + product(transposed(h), h))
-
-
-def _add_frames(H: Array, b: Array, S: Array) -> None:
-    """H_iJkL += b_ik delta_JL + delta_ik S_JL, upper triangle; b, S symmetric."""
-    for p in range(3):
-        for q in range(3):
-            for r in range(p, 3):
-                H[3 * p + q, 3 * r + q] += b[p, r]
-                H[3 * q + p, 3 * q + r] += S[p, r]
 
 
 class _Shear(StVenantKirchhoff):
