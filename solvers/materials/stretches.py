@@ -10,7 +10,6 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.blockwise import tensors
 from softmark.solvers.materials.components import displacement_gradient, product, transposed, volume_change
 from softmark.solvers.materials.constraints import OfVolume
 from softmark.solvers.materials.hyperelastic import PLANES, Hyperelastic, add_modes
@@ -81,10 +80,6 @@ class StretchLaw(Hyperelastic):
 
     def _projected(self, f: Array, H: Array) -> None:
         self._tangent(f, H, True)
-
-    def dPdF_projected(self, F: Array) -> Array:
-        """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3)."""
-        return tensors(F, self._projected)
 
     def _tangent(self, f: Array, H: Array, projected: bool) -> None:
         s, e, v, j = _principal(f)
