@@ -89,6 +89,11 @@ def volume_change(h: Array) -> Array:
     return trace(h) + trace(cof) + determinant(h, cof)
 
 
+def green_strain(h: Array) -> Array:
+    """E = (h + h^T + h^T h)/2 (3, 3, m) for F = I + h: accurate near rest."""
+    return 0.5 * (h + transposed(h) + product(transposed(h), h))
+
+
 def set_outer(H: Array, a: Array, b: Array) -> None:
     """H = a (x) b, upper triangle; a, b (9, m)."""
     for r in range(9):

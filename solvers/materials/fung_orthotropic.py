@@ -11,8 +11,8 @@ from softmark.solvers.materials.components import (
     add_outer,
     add_turned,
     displacement_gradient,
+    green_strain,
     product,
-    transposed,
 )
 
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ class ExponentialOfStrain(Anisotropic):
 
     def _strains(self, f: Array, axes: Array) -> list[Array]:
         """E_ab (m,) of PAIRS: accurate near rest."""
-        h = displacement_gradient(f)
-        E = 0.5 * (h + transposed(h) + product(transposed(h), h))
+        E = green_strain(displacement_gradient(f))
         turned = [along(E, d) for d in axes]
         return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]
 

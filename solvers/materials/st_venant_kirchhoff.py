@@ -12,6 +12,7 @@ from softmark.solvers.materials.components import (
     add_turned,
     cofactor,
     displacement_gradient,
+    green_strain,
     inner,
     product,
     set_outer,
@@ -48,7 +49,7 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         return _Shape(**vars(self)), GreenDilatation()
 
     def _psi(self, f: Array) -> Array:
-        E = _green_strain(f)
+        E = green_strain(displacement_gradient(f))
         tr = trace(E)
         return 0.5 * self.lame_lambda * tr * tr + self.shear_modulus * inner(E, E)
 
@@ -66,15 +67,9 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
 
     def _S(self, f: Array) -> Array:
         """Second Piola-Kirchhoff stress lam tr(E) I + 2 mu E (3, 3, m)."""
-        E = _green_strain(f)
+        E = green_strain(displacement_gradient(f))
         pressure = self.lame_lambda * trace(E)
         return add_diagonal(2.0 * self.shear_modulus * E, pressure)
-
-
-def _green_strain(f: Array) -> Array:
-    """E = (h + h^T + h^T h)/2 (3, 3, m), h = F - I: accurate near rest."""
-    h = displacement_gradient(f)
-    return 0.5 * (h + transposed(h) + product(transposed(h), h))
 
 
 class _Shear(StVenantKirchhoff):

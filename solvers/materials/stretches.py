@@ -10,7 +10,13 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.components import displacement_gradient, product, transposed, volume_change
+from softmark.solvers.materials.components import (
+    displacement_gradient,
+    green_strain,
+    product,
+    transposed,
+    volume_change,
+)
 from softmark.solvers.materials.constraints import OfVolume
 from softmark.solvers.materials.hyperelastic import PLANES, Hyperelastic, add_modes
 from softmark.solvers.materials.isochoric import Isochoric, resisting
@@ -65,7 +71,7 @@ class StretchLaw(Hyperelastic):
     def _psi(self, f: Array) -> Array:
         h = displacement_gradient(f)
         j = volume_change(h)
-        e = np.log1p(spectrum(_strain(h))[0]) / 2.0
+        e = np.log1p(spectrum(2.0 * green_strain(h))[0]) / 2.0
         g = self.constraint.of(j)[0]
         shape = self.material.energy(e - np.log1p(j) / 3.0).sum(axis=0)
         return np.where(j > -1.0, shape + 0.5 * self.modulus * g * g, np.inf)
@@ -116,17 +122,11 @@ class StretchLaw(Hyperelastic):
         return axes, twist, flip
 
 
-def _strain(h: Array) -> Array:
-    """F^T F - 1 (3, 3, m) of h = F - 1, without cancellation."""
-    half: Array = h + 0.5 * product(transposed(h), h)
-    return half + transposed(half)
-
-
 def _principal(f: Array) -> tuple[Array, Array, Array, Array]:
     """Stretches s (3, m), ln t (3, m), the axes v[:, a] (3, 3, m) and J - 1 (m,); NaN where J <= 0."""
     h = displacement_gradient(f)
     j = volume_change(h)
-    squares, v = spectrum(_strain(h))
+    squares, v = spectrum(2.0 * green_strain(h))  # of F^T F - 1
     e = 0.5 * np.log1p(squares)
     s = np.exp(e)
     return s, e - np.log1p(np.where(j > -1.0, j, np.nan)) / 3.0, v, j
