@@ -57,5 +57,5 @@ class HolzapfelGasserOgden(Reinforced):
         """c, Pa."""
         return self.c
 
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
-        return 0.5 * self.c * stretch, self.c, 0.0
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+        return 0.5 * self.c * stretch, self.c, None

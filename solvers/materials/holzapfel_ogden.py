@@ -62,10 +62,6 @@ class HolzapfelOgden(Reinforced):
         """a, Pa."""
         return self.a
 
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
         grown = np.exp(self.b * stretch)
         return 0.5 * self.a / self.b * np.expm1(self.b * stretch), self.a * grown, 2.0 * self.a * self.b * grown
-
-    @property
-    def _bends(self) -> bool:
-        return True

@@ -84,8 +84,8 @@ class Reinforced(Anisotropic):
         return None
 
     @abstractmethod
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
-        """Of I1 - 3 (m,): the energy w without -m ln J, 2 dw/dI1 and 4 d2w/dI1^2, J/m^3 and Pa."""
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+        """Of I1 - 3 (m,): the energy w without -m ln J, 2 dw/dI1 and 4 d2w/dI1^2, None where zero, J/m^3 and Pa."""
 
     @property
     @abstractmethod
@@ -147,7 +147,7 @@ class Reinforced(Anisotropic):
         over = self.matrix_modulus / (1.0 + j)
         add_outer(H, (over / (1.0 + j)) * C, C)
         add_cross(H, -over * f)
-        if self._bends:
+        if c is not None:
             add_outer(H, c * rows, rows)
         M: Array = np.zeros((3, 3, f.shape[2]), dtype=f.dtype)
         for d, moved, strand, E in self._taken(f, axes, stretch):
@@ -166,8 +166,3 @@ class Reinforced(Anisotropic):
             add_outer(H, curvature * G, G)
         add_identity(H, a)
         add_turned(H, M)
-
-    @property
-    def _bends(self) -> bool:
-        """Whether the energy of the matrix is other than linear in I1."""
-        return False

@@ -44,5 +44,5 @@ class TransverselyIsotropic(Reinforced):
         """mu, Pa."""
         return self.shear
 
-    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | float]:
-        return 0.5 * self.shear * stretch, self.shear, 0.0
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+        return 0.5 * self.shear * stretch, self.shear, None
