@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import FIBRES, Anisotropic, along
+from softmark.solvers.materials.anisotropic import FIBRES, Anisotropic, along, lengthened
 from softmark.solvers.materials.components import add_turned, displacement_gradient
 
 if TYPE_CHECKING:
@@ -15,17 +15,20 @@ if TYPE_CHECKING:
     from softmark.solvers.materials.law import Array
 
 
-class Pulling(Anisotropic):
-    """psi = T/2 (|F f|^2 - 1): the second Piola-Kirchhoff stress T f (x) f, whatever the deformation."""
+@dataclass(frozen=True)
+class Tension(Anisotropic):
+    """The part of the stress of muscle that pulls: T f (x) f, second Piola-Kirchhoff, whatever the deformation.
+
+    psi = T/2 (|F f|^2 - 1)
+    """
 
     tension: float
+    fibres: Any
+    density: float = 0.0
     bulk = None
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        d = axes[0]
-        moved = along(displacement_gradient(f), d)
-        longer: Array = sum((2.0 * d[i] + moved[i]) * moved[i] for i in range(3))
-        return 0.5 * self.tension * longer
+        return 0.5 * self.tension * lengthened(along(displacement_gradient(f), axes[0]), axes[0])
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
         P: Array = (self.tension * along(f, axes[0]))[:, None] * axes[0][None]
@@ -33,21 +36,16 @@ class Pulling(Anisotropic):
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
         H[...] = 0.0
+        self.add_stiffness(H, axes)
+
+    def add_stiffness(self, H: Array, axes: Array) -> None:
+        """H (9, 9, m) += delta_ik T f_J f_L, on and above the diagonal."""
         add_turned(H, self.tension * (axes[0][:, None] * axes[0][None]))
 
     @property
     def shear_modulus(self) -> float:
         """That of its stress, Pa."""
         return abs(self.tension)
-
-
-@dataclass(frozen=True)
-class Tension(Pulling):
-    """The part of the stress of muscle that pulls: T f (x) f, second Piola-Kirchhoff."""
-
-    tension: float
-    fibres: Any
-    density: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class Active(Anisotropic):
 
     def _dPdF(self, f: Array, H: Array) -> None:
         self.law._dPdF(f, H)
-        add_turned(H, self.tension * (lambda d: d[:, None] * d[None])(self.frame.axes(f.dtype)[0]))
+        self.pull.add_stiffness(H, self.frame.axes(f.dtype))
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
         raise TypeError("an active law is the sum of two")

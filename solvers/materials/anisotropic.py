@@ -228,6 +228,12 @@ def along(f: Array, d: Array) -> Array:
     return found
 
 
+def lengthened(moved: Array, d: Array) -> Array:
+    """|F d|^2 - 1 (m,), accurate near rest, of F d - d (3, m) and unit vectors d (3, m or 1)."""
+    found: Array = sum((2.0 * d[i] + moved[i]) * moved[i] for i in range(3))
+    return found
+
+
 def dyad(a: Array, b: Array) -> Array:
     """a (x) b (9, m) of a (3, m) and b (3, m or 1)."""
     found: Array = (a[:, None] * b[None]).reshape(9, -1)

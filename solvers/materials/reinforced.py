@@ -12,7 +12,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import Anisotropic, along, dyad
+from softmark.solvers.materials.anisotropic import Anisotropic, along, dyad, lengthened
 from softmark.solvers.materials.components import (
     add_cross,
     add_identity,
@@ -105,8 +105,7 @@ class Reinforced(Anisotropic):
         for (c, s), strand in self.families:
             a = c * axes[0] + s * axes[1]
             moved = along(h, a)  # less a
-            longer = sum((2.0 * a[i] + moved[i]) * moved[i] for i in range(3))  # I4 - 1, accurate near rest
-            found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * longer))
+            found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * lengthened(moved, a)))
         return found
 
     def _shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
