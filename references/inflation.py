@@ -10,7 +10,7 @@ from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.centre_line import points_of
 from softmark.references.reference import About, Reference
-from softmark.references.rubber import Rubber
+from softmark.references.rubber import Rubber, must_keep_its_volume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -49,9 +49,7 @@ class BlownBall:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.outer) and 0.0 < self.inner < self.outer):
             raise Refused(f"the radii are {self.inner:g} and {self.outer:g}", "the hollow is smaller than the ball")
-        if self.poisson != 0.5:
-            raise Refused(f"a Poisson's ratio of {self.poisson:g} lets the volume change",
-                          "the closed form is that of `poisson = 0.5`, which `formulation = mixed` takes")  # fmt: skip
+        must_keep_its_volume(self.poisson)
         if not (math.isfinite(self.pressure) and self.pressure > 0.0):
             raise Refused(f"the pressure is {self.pressure:g} Pa", "it acts in the hollow, and outward")
 

@@ -23,6 +23,8 @@ else:
 Constants = Mapping[str, Any]
 Of = Callable[[Constants, Any, Any], Any]  # of constants, I1 - 3 and I2 - 3 (n,)
 
+INCOMPRESSIBLE = 0.5
+
 CHAINS = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)
 
 
@@ -58,6 +60,13 @@ LAWS: dict[str, tuple[Of, Of]] = {
     "arruda_boyce": (_chains, _chains_slopes),
 }
 KNOWN = (*LAWS, "ogden")
+
+
+def must_keep_its_volume(poisson: float) -> None:
+    """Raises Refused for a Poisson's ratio other than 0.5, of which closed forms of rubber are."""
+    if poisson != INCOMPRESSIBLE:
+        raise Refused(f"a Poisson's ratio of {poisson:g} lets the volume change",
+                      "the closed form is that of `poisson = 0.5`, which `formulation = mixed` takes")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.centre_line import points_of
 from softmark.references.reference import About, Reference
-from softmark.references.rubber import Rubber
+from softmark.references.rubber import Rubber, must_keep_its_volume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 else:
     from softmark.references.deferred import np
 
-INCOMPRESSIBLE = 0.5
 POINTS = 64  # of Gauss and Legendre along the radius: polynomials and smooth functions to rounding
 ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement
 
@@ -51,9 +50,7 @@ class TwistedCylinder:
         for name, value in (("length", self.length), ("radius", self.radius)):
             if not (math.isfinite(value) and value > 0.0):
                 raise Refused(f"the {name} is {value:g}", "it must be positive")
-        if self.poisson != INCOMPRESSIBLE:
-            raise Refused(f"a Poisson's ratio of {self.poisson:g} lets the volume change",
-                          "the closed form is that of `poisson = 0.5`, which `formulation = mixed` takes")  # fmt: skip
+        must_keep_its_volume(self.poisson)
         if not math.isfinite(self.angle):
             raise Refused("the angle is not finite", "give a finite angle")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from softmark.interpreter.problem.case import Case
 from softmark.references.cantilever import Refused
-from softmark.references.rubber import LAWS, Rubber
+from softmark.references.rubber import KNOWN, LAWS, Rubber
 from softmark.solvers.materials import MATERIALS
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
@@ -20,6 +20,6 @@ def rubber_of(case: Case) -> Rubber:
     if isinstance(material, NeoHookean | NeoHookeanIsochoric):
         return Rubber.neo_hookean(material.shear_modulus)
     word = next((name for name, cls in MATERIALS.items() if type(material) is cls), type(material).__name__)
-    if word not in (*LAWS, "ogden"):
+    if word not in KNOWN:
         raise Refused(f"`{word}` is no rubber that this knows", f"use `neo_hookean(...)`, or one of {', '.join(LAWS)}")
     return Rubber(word, tuple((name, value) for name, value in vars(material).items() if name not in OTHER))
