@@ -20,14 +20,9 @@ else:
 
 ON = 1e-6  # of its size: how far off a side a node of it may be
 NEAR = 1e-9  # of its size: what lies so near to a bowl is of it
-Inner = Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
-InnerAlong = Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
-Outer = Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
-OuterAlong = Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
-Rim = Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
-Layers = Annotated[int | None, "1 in [1, 1000]", "cells through the wall; by the size without"]
 
 
+@dataclass(frozen=True)
 class Wall:
     """What lies between two ellipsoids about an axis, below where it is cut off; both have one centre.
 
@@ -35,12 +30,12 @@ class Wall:
     proportion, and an angle from the tip of that below, in proportion to t: 0 at the tip and 1 at the rim.
     """
 
-    inner: float
-    inner_along: float
-    outer: float
-    outer_along: float
-    rim: float
-    layers: int | None
+    inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
+    inner_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
+    outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
+    outer_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
+    rim: Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
+    layers: Annotated[int | None, "1 in [1, 1000]", "cells through the wall; by the size without"] = None
 
     @property
     def fault(self) -> str:
@@ -85,13 +80,6 @@ class BowlSection(Wall, Flat):
     It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
     other, and all nodes of curved sides lie on them. `size` is that of cells where they are largest.
     """
-
-    inner: Inner
-    inner_along: InnerAlong
-    outer: Outer
-    outer_along: OuterAlong
-    rim: Rim
-    layers: Layers = None
 
     def _divided(self, size: float) -> tuple[int, int]:
         """Cells of a size (m) through the wall and along it."""
@@ -141,12 +129,6 @@ class Bowl(Wall, Shape):
     less volume (the report says how much). `size` is that of cells where they are largest.
     """
 
-    inner: Inner
-    inner_along: InnerAlong
-    outer: Outer
-    outer_along: OuterAlong
-    rim: Rim
-    layers: Layers = None
     axis: Annotated[Vector3, "direction", "of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
     origin: Annotated[Vector3, "m", "the centre of both ellipsoids"] = (0.0, 0.0, 0.0)
 
