@@ -7,9 +7,11 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.carried import Carried, Holder
@@ -57,6 +59,10 @@ class Block:
         found: Floats = self.volume / np.ptp(self.X, axis=0)
         return found
 
+    def on(self, where: Condition) -> NDArray[np.bool_]:
+        """Which of the corners a condition selects (8,)."""
+        return np.array([bool(where.holds(x, y, z, self.case.shape.diagonal)) for x, y, z in self.X.tolist()])
+
     def forces(self, P: Floats) -> Floats:
         """What a stress P (3, 3), Pa, is at the corners (8, 3), N: of each face a quarter."""
         found: Floats = (2.0 * CORNERS - 1.0) * (0.25 * self.areas) @ P.T
@@ -68,8 +74,7 @@ class Block:
         found = []
         for support in self.case.supports:
             mask = np.zeros((8, 6), dtype=np.bool_)
-            where = support.thing.where
-            on = np.array([bool(where.holds(*x, self.case.shape.diagonal)) for x in self.X.tolist()])
+            on = self.on(support.thing.where)
             for (axis, side), component in held:
                 face = CORNERS[:, axis] == side
                 if component in support.thing.components and np.all(on[face]):
@@ -105,7 +110,7 @@ class PreparedPoint(Meshless):
     def _pulled(self, load: Declared) -> Floats:
         """What a traction is at the corners (8, 3), N: of a face that it takes, a quarter each."""
         found, action = np.zeros((8, 3)), load.thing.action
-        on = np.array([bool(action.where.holds(*x, self.case.shape.diagonal)) for x in self.block.X.tolist()])
+        on = self.block.on(action.where)
         for axis in range(3):
             for side in (0, 1):
                 face = CORNERS[:, axis] == side

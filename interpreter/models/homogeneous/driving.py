@@ -266,8 +266,8 @@ def _made(faces: Faces, stretches: list[float | None], shear: tuple[int, int, fl
         shifts[shear[0]] = faces.held[(shear[1], 0), shear[0]][0]
         anchors[shear[1]] = low[shear[1]]
     pulled = tuple(faces.pulled.get(axis, 0.0) if stretches[axis] is None else 0.0 for axis in range(3))
-    made = Driven(tuple(stretches), pulled, shear, moved, tuple(anchors), tuple(shifts))  # type: ignore[arg-type]
-    return made if shear is not None else Driven(**{**vars(made), "let_go": _let_go(faces, stretches)})
+    let_go = _let_go(faces, stretches) if shear is None else ()
+    return Driven(tuple(stretches), pulled, shear, moved, tuple(anchors), tuple(shifts), let_go)  # type: ignore[arg-type]
 
 
 def _let_go(faces: Faces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
