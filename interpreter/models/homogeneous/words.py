@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.models.homogeneous.driving import NAMES, driven, is_block
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.case import Fault
 from softmark.interpreter.vocabulary.loads import PerArea
@@ -65,6 +64,8 @@ class Homogeneous(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against it in this case."""
+        from softmark.interpreter.models.homogeneous.driving import is_block
+
         found = list(self.refusals(declared, case))
         if not is_block(case) or case.planar:
             return [
@@ -87,6 +88,8 @@ class Homogeneous(Model):
 
     def _made(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Why supports and loads make no such state, or what of theirs it lets go."""
+        from softmark.interpreter.models.homogeneous.driving import NAMES, driven
+
         if getattr(case.analysis, "path", "load") == "arc_length":
             yield diagnostic("E501", declared.at(), f"`{declared.name}` follows no path of equilibria", "not by its "
                              "length", "impose a stretch: past a maximum of its force that is a state, and said to "
