@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import nearest
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.schema import Constructor
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,14 +70,12 @@ def _constructors(kind: str) -> Rows:
     from softmark.interpreter.front.catalogue import CATALOGUE
 
     found = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
-    return [(c.name, _kind(c.cls) + c.summary) for c in found if c is not None]
+    return [(c.name, _kind(c) + c.summary) for c in found if c is not None]
 
 
-def _kind(cls: type) -> str:
+def _kind(c: Constructor) -> str:
     """Of a reference what kind of truth it is: `theory: `."""
-    from softmark.references.reference import Reference
-
-    return f"{cls.usually()}: " if issubclass(cls, Reference) else ""
+    return f"{c.cls.usually()}: " if c.kind == "reference" else ""
 
 
 def _library() -> Rows:
