@@ -52,7 +52,10 @@ def facts(found: Found) -> dict[str, Any]:
         far = np.abs(np.log(np.maximum(s, TINY))).max(axis=1)
         place = int((far >= (1.0 - ALIKE) * far.max()).argmax())
         if worst is None or far[place] > worst[0]:
-            worst = float(far[place]), _places(part)[gone][place], s[place]
+            from softmark.interpreter.models.shared.graded import places
+
+            X = places(part, part.element.quadrature()).reshape(-1, 3)
+            worst = float(far[place]), X[gone][place], s[place]
     if worst is None:
         return {}
     return {"gives_way": {"share": left / volume, "at_m": worst[1].tolist(), "stretches": worst[2].tolist()}}
@@ -86,12 +89,6 @@ def _pressure(split: Mixed, mesh: Moved, part: Mesh, which: Any, way: str, F: Fl
     g = split.constraint.value(F).reshape(size.shape)
     mean = (size * g).sum(axis=1, keepdims=True) / (size * split.compliance).sum(axis=1, keepdims=True)
     return np.broadcast_to(mean, size.shape).ravel()
-
-
-def _places(part: Mesh) -> Floats:
-    """Points of integration (k, 3), m."""
-    found: Floats = np.einsum("qa,mai->mqi", part.element.shape(part.element.quadrature()[0]), part.points[part.cells])
-    return found.reshape(-1, 3)
 
 
 def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
