@@ -5,12 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 import typing
-from collections.abc import Callable
 from pathlib import Path
 
 import equal_moduli
 import numpy as np
 import pytest
+from deformations import close, difference, rotations
 from equal_moduli import made
 from numpy.typing import NDArray
 
@@ -40,12 +40,6 @@ def laws(young: float = 1.0, poisson: float = 0.3) -> dict[str, Law]:
     return {strain: law_for(hooke, strain) for strain in ("small", "corotational")} | finite
 
 
-def rotations(rng: np.random.Generator, m: int) -> Array:
-    """Uniform rotations (m, 3, 3)."""
-    Q = np.linalg.qr(rng.standard_normal((m, 3, 3)))[0]
-    return np.asarray(Q * np.sign(np.linalg.det(Q))[:, None, None])
-
-
 def gradients(low: tuple[float, ...], high: tuple[float, ...], m: int = 40, seed: int = 1) -> Array:
     """F = U diag(s) V^T (m, 3, 3) with any rotations U, V and s between low and high."""
     rng = np.random.default_rng(seed)
@@ -62,18 +56,6 @@ EVERYWHERE = tuple(name for name, law in laws().items() if np.isfinite(law.psi(I
 CONSTANTS = pytest.mark.parametrize(
     ("young", "poisson"), [(1.0, 0.3), (1.0, -0.4), (1e5, 0.499)], ids=["unit", "auxetic", "stiff"]
 )
-
-
-def difference(f: Callable[[Array], Array], F: Array, step: float = 1e-5) -> Array:
-    """df/dF_kL by central differences; the indices k, L come last."""
-    D = np.eye(9).reshape(9, 3, 3) * step
-    columns = [(f(F + d) - f(F - d)) / (2.0 * step) for d in D]
-    return np.stack(columns, -1).reshape(*columns[0].shape, 3, 3)
-
-
-def close(a: Array, b: Array, tolerance: float) -> None:
-    """|a - b| <= tolerance times the largest |b|."""
-    np.testing.assert_allclose(a, b, rtol=0.0, atol=tolerance * np.abs(b).max())
 
 
 def states(name: str) -> Array:
