@@ -103,13 +103,13 @@ class MaterialPoint:
                 return found
         return self._followed(drive, iterations)
 
-    def first_lost(self, drive: Drive, held: bool = False) -> PointState:
+    def first_lost(self, drive: Drive) -> PointState:
         """The state on the way from rest from which on it gives way: of one that does in the end. Raises NoState."""
         low, high, state = 0.0, 1.0, self.state(drive)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             found = self.state(drive.at(middle))
-            if (found.held if held else found.freed) > FLAT:
+            if found.freed > FLAT:
                 low = middle
             else:
                 high, state = middle, found
