@@ -26,6 +26,7 @@ class Reference:
     graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
     wired: ClassVar[bool] = False  # whether it is about networks, and no other bodies
     with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
+    with_forces: ClassVar[bool] = False  # whether it knows what supports carry, and energies
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[About] = "cantilever"  # what it is solved for
     means: ClassVar[str] = ""  # of a theory, by what it is solved: `closed form`

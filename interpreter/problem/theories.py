@@ -101,18 +101,16 @@ def _broken(reference: Declared, refused: Refused) -> Fault:
 
 def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     """What it says of forces; None of one that does not."""
-    from softmark.references.torsion import TwistedCylinder
-
+    if not reference.thing.with_forces:
+        return None
+    own: Any = found
     if reference.thing.about == "relaxing":
         from softmark.interpreter.problem import relaxing_theory
 
-        own: Any = found
         return relaxing_theory.at_rest(case, own)
-    if not isinstance(found, TwistedCylinder):
-        return None
-    from softmark.interpreter.problem.torsion_theory import at_rest
+    from softmark.interpreter.problem import torsion_theory
 
-    return at_rest(case, found)
+    return torsion_theory.at_rest(case, own)
 
 
 def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
