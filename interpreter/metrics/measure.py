@@ -58,12 +58,10 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     against = metric.thing.measured_from
     if against == view.name:
         return False
-    thing = metric.thing
-    whose = scene.declared[thing.of].thing if isinstance(thing, ErrorOfValue) else thing
-    probe, model = whose.looked_at, scene.declared[view.name].kind == "model"
+    probe, model = metric.thing.probe_in(scene), scene.declared[view.name].kind == "model"
     if probe is None:  # about forces, or the computation itself
         same = against is None or body_of(scene, scene.declared[against]) == view.body
-        return model and same and thing.body_in(scene) in (None, view.body)
+        return model and same and metric.thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
