@@ -132,19 +132,24 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
         return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
     times = [a.now for view in views if isinstance(a := view.case.analysis, Quasistatic)]
     if thing.over is None and times:
-        y = np.array([measured_by(of, seen_of(of, view, {})).value for view in views])
+        y = np.array([_own_value(of, view) for view in views])
         return Course(np.array(times), y, ("s", key_of(of.unit)))
     if thing.over is None:
         raise Undefined("it is at rest, and says not along what the curve goes")
     over = scene.declared[thing.over].thing
-    x, y = (np.array([measured_by(one, seen_of(one, view, {})).value for view in views]) for one in (over, of))
+    x, y = (np.array([_own_value(one, view) for view in views]) for one in (over, of))
     return Course(x, y, (key_of(over.unit), key_of(of.unit)))
 
 
 def number_of(scene: Scene, thing: ErrorOfValue, view: View) -> Number:
     """What the metric comes to whose number is held against a value. Raises Undefined."""
     of = scene.declared[thing.of].thing
-    return Number(measured_by(of, seen_of(of, view, {})).value, key_of(of.unit))
+    return Number(_own_value(of, view), key_of(of.unit))
+
+
+def _own_value(thing: Metric, view: View) -> float:
+    """Of a metric that is measured from nothing. Raises Undefined."""
+    return measured_by(thing, seen_of(thing, view, {})).value
 
 
 def key_of(unit: str) -> str:
