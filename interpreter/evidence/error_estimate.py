@@ -99,7 +99,7 @@ class Stated(Answer):
 
             found |= lost(self)
         found |= of_selections(self.result.loads) | facets(self)
-        if isinstance(self.case.analysis, Quasistatic) and any(m.branches for m in self.case.materials):
+        if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 

@@ -43,7 +43,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_uniform(reference, case)
     try:
-        if reference.thing.about != "relaxing" and any(material.branches for material in case.materials):
+        if reference.thing.about != "relaxing" and case.remembers:
             raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
