@@ -27,9 +27,9 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.remembering import Memory, fall_of
+from softmark.solvers.energies.remembering import Memories, Memory, fall_of
 from softmark.solvers.materials.relaxing import series_of
-from softmark.solvers.statics.ageing import Aged, Instant, Remembers, aged, begun, followed
+from softmark.solvers.statics.ageing import Aged, Instant, aged, begun, followed
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.words import Fem
@@ -65,7 +65,7 @@ class PreparedAged(OnMesh):
     static: PreparedSolid
     declared: Declared
     case: Case
-    parts: tuple[Remembers, ...]
+    memories: Memories
     courses: tuple[Any, ...]  # of every load
     target: Floats  # (c,) m, what supports impose at full size
     movers: tuple[tuple[Any, Floats], ...]  # a course, and which of these (c,) follow it
@@ -121,9 +121,9 @@ class PreparedAged(OnMesh):
     def warm(self) -> None:
         """Compile what the solution needs."""
         self.static.warm()
-        for part in self.parts:
-            if isinstance(part, Memory):
-                part.over(0.0).add_gradient(self.static.problem.rest, np.zeros_like(self.static.problem.rest))
+        for own in self.memories.each:
+            if isinstance(own, Memory):
+                own.over(0.0).add_gradient(self.static.problem.rest, np.zeros_like(self.static.problem.rest))
 
     # ------------------------------------------------------------------ time
 
@@ -165,7 +165,7 @@ class PreparedAged(OnMesh):
         """March from the start, or from the state before, to now."""
         remedy = "try a shorter step, a smaller load, a finer mesh or another strain measure"
         problem = replace(self.static.problem, watch=watch)
-        first = self.before if self.before is not None else begun(problem, self.parts)
+        first = self.before if self.before is not None else begun(problem, self.memories)
         came: list[Aged] = [first]
 
         def find() -> Any:
@@ -225,9 +225,8 @@ def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) ->
 
     static, parts = at_rest(model, declared, case, workshop)
     known = _remembered(model, static)
-    internal = [part.energy if isinstance(part, Memory) else part for part in known]
     mass, loads = mass_of(model, case, static.mesh, parts), [*static.applied]
-    made = motion.in_motion(static, declared, case, static.mesh, mass, internal, loads, static.problem)
+    made = motion.in_motion(static, declared, case, static.mesh, mass, known.energies, loads, static.problem)
     remembering = Remembering(known, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
 
@@ -240,13 +239,12 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     static, _ = at_rest(model, declared, whole, workshop)
     loads = tuple(energy for _, energy in static.applied)
     problem = static.problem
-    parts, old = _remembered(model, static), problem.assembly
-    internal = [part.energy if isinstance(part, Memory) else part for part in parts]
-    assembly = Assembly(old.dofs, problem.fixed, internal, static.unknowns.loads(list(loads)), old.points)
+    memories, old = _remembered(model, static), problem.assembly
+    assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(list(loads)), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     courses = tuple(_course(load) for load in whole.loads)
     movers = _movers(whole, static.mesh, workshop, problem.fixed)
-    return PreparedAged(static, declared, case, parts, courses, problem.target, movers)
+    return PreparedAged(static, declared, case, memories, courses, problem.target, movers)
 
 
 def _whole(case: Case) -> Case:
@@ -272,9 +270,9 @@ def _movers(case: Case, mesh: Mesh, workshop: Workshop, fixed: Any) -> tuple[tup
     return tuple((course, np.array(places)) for course, places in found.items())
 
 
-def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
+def _remembered(model: Fem, static: PreparedSolid) -> Memories:
     """The energy of each piece, with a memory where its material relaxes, and those of beds."""
-    found: list[Remembers] = []
+    found: list[Memory | Energy] = []
     for own, energy in zip(static.pieces, static.solid, strict=True):
         material = own.case.material
         if not material.branches:
@@ -284,4 +282,4 @@ def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
         if model.formulation == "displacement":
             plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
         found.append(Memory.at_rest(plain, series_of(material, model.strain)))
-    return (*found, *static.beds.values())
+    return Memories((*found, *static.beds.values()))
