@@ -210,7 +210,7 @@ class Frame:
     """Nodes (n, 3), m, with forces and moments on them (n, 6), the members between them, and what holds them.
 
     `held` are rows (c, 6 n) over displacements and turns in space that are `imposed` (c,), m or rad. `nearest` says of
-    points which member they go with, and where its axis begins is `begin` (members, 3).
+    points which member they go with.
     """
 
     X: Array
@@ -218,7 +218,7 @@ class Frame:
     members: tuple[FrameMember, ...]
     held: Array
     imposed: Array
-    nearest: Callable[[Array], tuple[Array, Array]]
+    nearest: Callable[[Array], Array]
 
     def balanced(self) -> FramedAnswer:
         """The equilibrium. Raises Refused where it is free, or not one of small loads."""
@@ -356,11 +356,11 @@ class FramedAnswer:
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed frame (n, 3), m. Raises Refused for what is no point."""
         points = points_of(X)
-        which, begin = self.frame.nearest(points)
+        which = self.frame.nearest(points)
         found: Array = np.zeros_like(points)
         for number in np.unique(which).tolist():
             here, member = which == number, self.frame.members[number]
-            local = (points[here] - begin[here]) @ member.frame.T
+            local = (points[here] - self.frame.X[member.nodes[0]]) @ member.frame.T
             s = np.clip(local[:, 0], 0.0, member.length)
             first, force = self.ends[number]
             moved = member.moved(s, force[:, None])[..., 0] + member.sagged(s)

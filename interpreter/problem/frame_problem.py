@@ -166,15 +166,14 @@ class _Made:
                         imposed.append(value)
         return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
 
-    def _nearest(self, X: Floats, own: Any, starts: Floats) -> tuple[Any, Floats]:
-        """The stretch that each point X (n, 3) goes with, and where that begins (n, 3), m."""
+    def _nearest(self, X: Floats, own: Any, starts: Floats) -> Any:
+        """The stretch that each point X (n, 3) goes with (n,)."""
         whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
         for number in np.unique(whole).tolist():
             here, pieces = whole == number, np.flatnonzero(own == number)
             s = self.network.members[number].stations(X[here])
             found[here] = pieces[np.clip(np.searchsorted(starts[pieces], s, side="right") - 1, 0, None)]
-        begin = [self.network.members[own[k]].centre(float(starts[k])) for k in range(len(own))]
-        return found, np.array(begin)[found]
+        return found
 
 
 def _section(member: Member, s: float) -> Disc | Ring | Rectangle:
