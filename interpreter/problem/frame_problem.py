@@ -111,8 +111,7 @@ class _Made:
             if isinstance(load.thing.action, PerLength) and self._covers(member, load.thing.action, 0.5 * (a + b))
         ]  # fmt: skip
         along = np.sum([line.force for line in lines], axis=0) if lines else np.zeros(3)
-        g = np.sum([ld.thing.action.acceleration for ld in self.case.loads if isinstance(ld.thing.action, PerMass)], 0)
-        weight = self.case.material.density * np.asarray(g) * np.ones(3)
+        weight = self.case.material.density * np.array(self.case.gravity)
 
         def load(s: Floats) -> Floats:
             areas = np.array([_section(member, a + t).area for t in s.tolist()])
