@@ -392,6 +392,6 @@ class FrameTheory(Reference):
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"
     error_meaning: ClassVar[str] = "of the displacement of any point, m: what is of second order in the load"
 
-    def solve(self, frame: Frame) -> FramedAnswer:
-        """What it says. Raises Refused."""
-        return frame.balanced()
+    def solve(self, make: Callable[[], Frame]) -> FramedAnswer:
+        """What it says of the frame that is made. Raises Refused."""
+        return make().balanced()

@@ -88,7 +88,7 @@ def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
     try:
-        found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+        found: Theory = reference.thing.solve(problem)
     except Refused as refused:
         raise _broken(reference, refused) from refused
     return found
