@@ -36,8 +36,8 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_isotropic(reference, case)
     for bed in case.beds:
-        problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
-        raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
+        why = f"`{bed.name}` puts `{case.body.name}` on springs"
+        raise _broken(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 
