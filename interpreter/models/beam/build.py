@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from functools import cache, reduce
 from typing import TYPE_CHECKING, Any
 
@@ -53,15 +53,17 @@ class PreparedBeam(Meshless):
     size: dict[str, int]
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
-    inertia: Floats = field(
-        default_factory=lambda: np.zeros((0, 4))
-    )  # of nodes (n, 4): kg, and about e1, e2, e3 kg m^2
-    along: Callable[[Floats], Floats] | None = None  # stations (k,) of points (k, 3), m, on a curved axis
 
     @property
     def points(self) -> Floats:
         """Nodes of the axis (n, 3), undeformed, m."""
         return self.rest.reshape(-1, 7)[:, :3]
+
+    @property
+    def along(self) -> Callable[[Floats], Floats] | None:
+        """On a curved axis, what says the stations (k,) of points (k, 3), m."""
+        shape = self.case.prism
+        return None if isinstance(shape, Prism) else shape.stations
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Of every load by itself at these nodes, at rest: forces and moments in space (n, 6), N and N m."""
@@ -128,7 +130,7 @@ class PreparedBeam(Meshless):
 
     def mass(self) -> Floats:
         """Of the nodes and of the sections that turn with them (6 n,), kg and kg m^2."""
-        return self.inertia[:, [0, 0, 0, 1, 2, 3]].ravel()
+        return _inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
 
 
 @cache
@@ -184,10 +186,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         way=way,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    along, put = None if isinstance(shape, Prism) else shape.stations, disturbance_of(case)
-    return PreparedBeam(
-        declared, case, stations, rest, elastic, problem, size, put, applied, _inertia(case, rest, stations), along
-    )
+    return PreparedBeam(declared, case, stations, rest, elastic, problem, size, disturbance_of(case), applied)
 
 
 def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
