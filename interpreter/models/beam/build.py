@@ -14,7 +14,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import in_space, on_rod
-from softmark.interpreter.models.beam.sections import at_nodes, of_section, stiffnesses
+from softmark.interpreter.models.beam.sections import at_nodes, inertia, of_section, stiffnesses
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
@@ -36,7 +36,6 @@ from softmark.solvers.mesh.shape import Prism
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Section
     from softmark.solvers.statics.equilibrium import Watch
 
 
@@ -195,16 +194,12 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
     A half of each segment's at both its ends; of one that tapers each by its linear shape function.
     """
     shape, rho = case.prism, case.material.density
-
-    def of(section: Section) -> list[float]:
-        return [section.area, sum(section.moments), *section.moments]
-
     if shape.tapered:
-        tapering: Floats = rho * at_nodes(shape, stations, of)
+        tapering: Floats = rho * at_nodes(shape, stations, inertia)
         return tapering
     half = 0.5 * lengths(rest, chain(len(stations)))
     shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
-    even: Floats = rho * np.outer(shares, of(shape.section))
+    even: Floats = rho * np.outer(shares, inertia(shape.section))
     return even
 
 

@@ -31,6 +31,11 @@ def of_section(section: Section, material: Any) -> RodSection:
     return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
 
 
+def inertia(section: Section) -> list[float]:
+    """By density and length its mass, and its moments of inertia about e1, e2 and e3."""
+    return [section.area, sum(section.moments), *section.moments]
+
+
 def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
     """EA, GA2, GA3, GJ, EI2, EI3 of each element (e, 6), N and N m^2, between stations (e + 1,), m."""
     if not shape.tapered:
