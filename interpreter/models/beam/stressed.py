@@ -164,6 +164,6 @@ def lines_on(
                 areas = np.array([shape.section_at(s).area for s in middle.tolist()])
                 found += case.material.density * areas[:, None] * np.array(g)
             case PerLength(force=q) as line if (ends := covers(line)) is not None:
-                low, high = (np.clip(s, stations[:-1], stations[1:]) for s in ends)
+                low, high = (np.clip(s, stations[:-1], stations[1:]) for s in sorted(ends))
                 found += ((high - low) / np.diff(stations))[:, None] * np.array(q)
     return found
