@@ -16,8 +16,8 @@ class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore or a Frame what that does. `measured`: `load()`
-    gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
+    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore or what makes a Frame what that does. `measured`:
+    `load()` gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

@@ -36,8 +36,8 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_isotropic(reference, case)
     for bed in case.beds:
-        problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
-        raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
+        why = f"`{bed.name}` puts `{case.body.name}` on springs"
+        raise _broken(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 
@@ -88,7 +88,7 @@ def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
     try:
-        found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+        found: Theory = reference.thing.solve(problem)
     except Refused as refused:
         raise _broken(reference, refused) from refused
     return found
