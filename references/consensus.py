@@ -55,15 +55,11 @@ class Consensus(GivenValues):
             off = self.amounts("spread")
             bands = [(v - u, v + u) for v, u in zip(values, off, strict=True)]
         else:
-            bands = list(zip(self._ends("low"), self._ends("high"), strict=True))
+            bands = list(zip(self.chosen("low"), self.chosen("high"), strict=True))
         return tuple(
             KnownValue(v, max(v - low, high - v), self.source_, (low, high), self.codes)
             for v, (low, high) in zip(values, bands, strict=True)
         )
-
-    def _ends(self, name: str) -> list[float]:
-        own = vars(self)[name].values
-        return [own[min(i, len(own) - 1)] for i in range(len(self.values.values))]
 
 
 @dataclass(frozen=True)
@@ -86,7 +82,6 @@ class ConsensusCurve(CurveFromFile):
     high: Annotated[str, "the name of a column with the largest of each row, in the unit of y"] = ""
 
     usual: ClassVar[Kind] = "consensus"
-    source: ClassVar[str] = "the files that the scene names"
     error_meaning: ClassVar[str] = "how far codes differ, in the unit of y, as the scene states it"
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
@@ -82,6 +82,12 @@ class FrameMember:
         return found
 
     @cached_property
+    def sag(self) -> Array:
+        """What its end does under its load alone (6,), held where it begins."""
+        found: Array = self.sagged(np.array([self.length]))[0]
+        return found
+
+    @cached_property
     def carried(self) -> Array:
         """What its load comes to about where it begins (6,), in its own axes."""
         t, w = _rule(FEW)
@@ -109,6 +115,19 @@ class FrameMember:
         found: Array = np.concatenate([-self.shift @ self.turned, self.turned], axis=1)
         return found
 
+    @cached_property
+    def matrix(self) -> Array:
+        """Its stiffness over both its nodes in space (12, 12)."""
+        found: Array = self.both.T @ np.linalg.inv(self.flexibility) @ self.both
+        return found
+
+    @cached_property
+    def pushes(self) -> Array:
+        """What its load is there (12,)."""
+        begin = np.concatenate([self.turned.T @ self.carried, np.zeros(6)])
+        found: Array = self.both.T @ np.linalg.inv(self.flexibility) @ self.sag + begin
+        return found
+
     def turns(self, first: Array, force: Array) -> Array:
         """At places along it (n, 3), rad, in its own axes, from what its beginning does and the force at its end."""
         s = self.length * _rule(FEW)[0]
@@ -116,10 +135,10 @@ class FrameMember:
         found: Array = (self.moved(s, force[:, None])[..., 0] + self.sagged(s))[:, 3:] + first[3:]
         return found
 
-    def lengthened(self, first: Array, force: Array) -> float:
-        """How much longer its axis becomes by turning, m: of second order."""
+    def lengthened(self, turns: Array) -> float:
+        """How much longer its axis becomes by these `turns` of it, m: of second order."""
         w = _rule(FEW)[1]
-        found: Array = 0.5 * self.length * w @ (self.turns(first, force)[1:-1, 1:] ** 2).sum(axis=1)
+        found: Array = 0.5 * self.length * w @ (turns[1:-1, 1:] ** 2).sum(axis=1)
         return float(found)
 
     def second(self, force: Array, loaded: bool = True) -> Array:
@@ -170,6 +189,7 @@ def _hermite(t: float, L: float) -> Array:
     return found
 
 
+@cache
 def _rule(count: int) -> tuple[Array, Array]:
     """Places and weights of Gauss's rule from 0 to 1."""
     x, w = np.polynomial.legendre.leggauss(count)
@@ -190,7 +210,7 @@ class Frame:
     """Nodes (n, 3), m, with forces and moments on them (n, 6), the members between them, and what holds them.
 
     `held` are rows (c, 6 n) over displacements and turns in space that are `imposed` (c,), m or rad. `nearest` says of
-    points which member they go with, and where its axis begins is `begin` (members, 3).
+    points which member they go with.
     """
 
     X: Array
@@ -198,13 +218,13 @@ class Frame:
     members: tuple[FrameMember, ...]
     held: Array
     imposed: Array
-    nearest: Callable[[Array], tuple[Array, Array]]
+    nearest: Callable[[Array], Array]
 
     def balanced(self) -> FramedAnswer:
         """The equilibrium. Raises Refused where it is free, or not one of small loads."""
         P, d = self.forces.ravel().copy(), self._imposed()
         for member, at in self._places():
-            P[at] += _of(member)[1]
+            P[at] += member.pushes
         answer = FramedAnswer(self, self._balanced(P, d).reshape(-1, 6))
         if not answer.strayed <= SMALL:
             raise Refused(
@@ -254,7 +274,7 @@ class Frame:
         """K (6 n, 6 n)."""
         K = np.zeros((6 * len(self.X), 6 * len(self.X)))
         for member, at in self._places():
-            K[np.ix_(at, at)] += _of(member)[0]
+            K[np.ix_(at, at)] += member.matrix
         return K
 
     @cached_property
@@ -292,13 +312,6 @@ class Frame:
         return found
 
 
-def _of(member: FrameMember) -> tuple[Array, Array]:
-    """The stiffness of a member over both its nodes in space (12, 12), and what its load is there (12,)."""
-    B, stiff = member.both, np.linalg.inv(member.flexibility)
-    begin = np.concatenate([member.turned.T @ member.carried, np.zeros(6)])
-    return B.T @ stiff @ B, B.T @ stiff @ member.sagged(np.array([member.length]))[0] + begin
-
-
 @dataclass(frozen=True)
 class FramedAnswer:
     """Displacements and turns of the nodes of a frame (n, 6), m and rad."""
@@ -306,17 +319,24 @@ class FramedAnswer:
     frame: Frame
     d: Array
 
-    def end(self, member: FrameMember) -> tuple[Array, Array]:
-        """In the axes of a member what its beginning does, and the forces and moments at its end (6,)."""
+    @cached_property
+    def ends(self) -> list[tuple[Array, Array]]:
+        """In the axes of each member what its beginning does, and the forces and moments at its end (6,)."""
+        return [self._end(member) for member in self.frame.members]
+
+    def _end(self, member: FrameMember) -> tuple[Array, Array]:
         first, last = (member.turned @ self.d[n] for n in member.nodes)
-        sag = member.sagged(np.array([member.length]))[0]
-        return first, np.linalg.solve(member.flexibility, last - member.shift @ first - sag)
+        return first, np.linalg.solve(member.flexibility, last - member.shift @ first - member.sag)
+
+    @cached_property
+    def turns(self) -> list[Array]:
+        """Those at places along each member (n, 3), rad, in its own axes."""
+        return [member.turns(*end) for member, end in zip(self.frame.members, self.ends, strict=True)]
 
     @cached_property
     def strayed(self) -> float:
         """How far from small it is: its largest turn, and forces and moments in it against those that buckle it."""
-        turns = [np.abs(member.turns(*self.end(member))).max() for member in self.frame.members]
-        return float(max(turns, default=0.0)) + self.buckled
+        return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckled
 
     @cached_property
     def buckled(self) -> float:
@@ -324,11 +344,9 @@ class FramedAnswer:
 
         These are the eigenvalues of the work of second order against the stiffness, of either sign.
         """
-        own = [self.end(member) for member in self.frame.members]
-        pulled = self.frame.pulled(
-            [member.lengthened(*end) for member, end in zip(self.frame.members, own, strict=True)]
-        )
-        return self.frame.share([force for _, force in own]) + self.frame.share(pulled, loaded=False)
+        members = zip(self.frame.members, self.turns, strict=True)
+        pulled = self.frame.pulled([member.lengthened(turns) for member, turns in members])
+        return self.frame.share([force for _, force in self.ends]) + self.frame.share(pulled, loaded=False)
 
     @cached_property
     def estimated_error(self) -> float:
@@ -338,13 +356,13 @@ class FramedAnswer:
     def displacement(self, X: Array) -> Array:
         """Of points X (n, 3) of the undeformed frame (n, 3), m. Raises Refused for what is no point."""
         points = points_of(X)
-        which, begin = self.frame.nearest(points)
+        which = self.frame.nearest(points)
         found: Array = np.zeros_like(points)
         for number in np.unique(which).tolist():
             here, member = which == number, self.frame.members[number]
-            local = (points[here] - begin[here]) @ member.frame.T
+            local = (points[here] - self.frame.X[member.nodes[0]]) @ member.frame.T
             s = np.clip(local[:, 0], 0.0, member.length)
-            first, force = self.end(member)
+            first, force = self.ends[number]
             moved = member.moved(s, force[:, None])[..., 0] + member.sagged(s)
             moved[:, :3] += first[:3] + np.cross(first[3:], np.outer(s, [1.0, 0.0, 0.0]))
             moved[:, 3:] += first[3:]
@@ -374,6 +392,6 @@ class FrameTheory(Reference):
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"
     error_meaning: ClassVar[str] = "of the displacement of any point, m: what is of second order in the load"
 
-    def solve(self, frame: Frame) -> FramedAnswer:
-        """What it says. Raises Refused."""
-        return frame.balanced()
+    def solve(self, make: Callable[[], Frame]) -> FramedAnswer:
+        """What it says of the frame that is made. Raises Refused."""
+        return make().balanced()

@@ -206,6 +206,7 @@ class Prony(Reference):
     body: Annotated[Any, "body", "the bar"]
 
     about: ClassVar[About] = "relaxing"
+    with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Christensen 1982, Theory of Viscoelasticity, chapter 1"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"

@@ -16,8 +16,8 @@ class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore or a Frame what that does. `measured`: `load()`
-    gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
+    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore or what makes a Frame what that does. `measured`:
+    `load()` gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """
@@ -26,6 +26,7 @@ class Reference:
     graded: ClassVar[bool] = False  # whether it knows bodies whose constants vary in space, where it is solved
     wired: ClassVar[bool] = False  # whether it is about networks, and no other bodies
     with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
+    with_forces: ClassVar[bool] = False  # whether it knows what supports carry, and energies
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[About] = "cantilever"  # what it is solved for
     means: ClassVar[str] = ""  # of a theory, by what it is solved: `closed form`

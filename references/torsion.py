@@ -120,6 +120,7 @@ class Torsion(Reference):
     body: Annotated[Any, "body", "the cylinder"]
 
     about: ClassVar[About] = "torsion"
+    with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Rivlin 1949, Phil. Trans. R. Soc. A 242, 173-195"
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"

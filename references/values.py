@@ -40,10 +40,14 @@ class GivenValues(Reference):
 
     def amounts(self, name: str) -> tuple[float, ...]:
         """Of the field `name` what belongs to each value, in its unit: amounts, or shares of its size."""
-        values, own = self.values, vars(self)[name]
-        share = own.dimension != values.dimension
-        chosen = ((v, own.values[min(i, len(own.values) - 1)]) for i, v in enumerate(values.values))
-        return tuple(u * abs(v) if share else u for v, u in chosen)
+        share = vars(self)[name].dimension != self.values.dimension
+        each = zip(self.values.values, self.chosen(name), strict=True)
+        return tuple(u * abs(v) if share else u for v, u in each)
+
+    def chosen(self, name: str) -> tuple[float, ...]:
+        """Of the field `name` what belongs to each value; without one each, the last holds for those after it."""
+        own = vars(self)[name].values
+        return tuple(own[min(i, len(own) - 1)] for i in range(len(self.values.values)))
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,7 @@ class Values(GivenValues):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """The values with their uncertainties, SI; without one each, the last holds for those after it."""
+        """The values with their uncertainties, SI."""
         known = zip(self.values.values, self.amounts("uncertainty"), strict=True)
         return tuple(KnownValue(value, own, self.source_) for value, own in known)
 

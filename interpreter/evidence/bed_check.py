@@ -44,18 +44,15 @@ def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, 
 
 def _pulled(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
     """Forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
-    N = solids.shape(facets.shape[1], xi)
-    t = np.einsum("pai,paj->jpi", points[facets], solids.slope(facets.shape[1], xi))
-    area = np.cross(t[0], t[1])
-    size = np.linalg.norm(area, axis=1)
-    moved = (N[:, :, None] * u[facets]).sum(axis=1)
-    if bed.thing.directions == "normal":
-        n = area / size[:, None]
-        moved = n * (n * moved).sum(axis=1, keepdims=True)
-    dA = w * size
-    if case.depth:  # whole rings
-        dA = dA * 2.0 * np.pi / case.depth * (N * points[facets][:, :, 0]).sum(axis=1)
-    force = -bed.thing.stiffness * dA[:, None] * moved
-    found = np.zeros_like(points)
-    np.add.at(found, facets, N[:, :, None] * force[:, None])
-    return found
+    moved = (solids.shape(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
+
+    def push(dA: Floats) -> Floats:
+        size = np.linalg.norm(dA, axis=1, keepdims=True)
+        way = moved
+        if bed.thing.directions == "normal":
+            n = dA / size
+            way = n * (n * moved).sum(axis=1, keepdims=True)
+        force: Floats = -bed.thing.stiffness * size * way
+        return force
+
+    return solids.part_forces(points, facets, xi, w, push, case.depth)

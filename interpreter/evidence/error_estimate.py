@@ -99,7 +99,7 @@ class Stated(Answer):
 
             found |= lost(self)
         found |= of_selections(self.result.loads) | facets(self)
-        if isinstance(self.case.analysis, Quasistatic) and any(m.branches for m in self.case.materials):
+        if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
@@ -166,25 +166,23 @@ class Stated(Answer):
             return 0.0
         # where a step twice as long would not show a course, it might miss it just as this one does
         finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
-        self.budget.must_hold(2.0 if finer else 0.5)
-        longer = replace(analysis, step=analysis.step * (0.5 if finer else 2.0))
-        case = replace(self.case, analysis=longer)
-        solution, _ = self.solved("step", self.declared, case)
-        apart = seen.apart(seen.of(solution))
-        if apart > COARSE * seen.size:
-            raise Unknown(f"the step is too long to say: another one is {100 * apart / seen.size:.2g} % away")
+        apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
         return STEP * apart * (2.0 if finer else 1.0)
 
     def _steps(self, seen: ProbeAnswer) -> float:
         """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""
+        return STEP * HALVED * self._stepped(seen, 0.5, "half of it")
+
+    def _stepped(self, seen: ProbeAnswer, times: float, another: str) -> float:
+        """How far the same is with a step so many `times` as long. Raises Unknown."""
         analysis: Any = self.case.analysis
-        self.budget.must_hold(2.0)
-        case = replace(self.case, analysis=replace(analysis, step=0.5 * analysis.step))
-        solution, _ = self.solved("half a step", self.declared, case)
+        self.budget.must_hold(1.0 / times)
+        case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
+        solution, _ = self.solved("step", self.declared, case)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
-            raise Unknown(f"the step is too long to say: half of it is {100 * apart / seen.size:.2g} % away")
-        return STEP * HALVED * apart
+            raise Unknown(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")
+        return apart
 
 
 def _at_most(seen: ProbeAnswer, step: Floats) -> float | None:

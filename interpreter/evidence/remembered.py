@@ -17,11 +17,9 @@ from softmark.solvers.checks.pressures import Pressed, isochoric
 MOST = 2e9  # numbers that a past may be looked through
 
 
-def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Course | None:
-    """How a body of one material came to where it is; None of one that forgets nothing. Raises Unchecked."""
+def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Course:
+    """How a body of one material that relaxes came to where it is. Raises Unchecked."""
     material = case.material
-    if not material.branches:
-        return None
     past = getattr(mesh, "past", None)
     if past is None:
         raise Unchecked("how it came there is not known")
@@ -45,10 +43,8 @@ def _part(material: Any, strain: str) -> solids.Stress:
     return series_of(material, strain).part.P
 
 
-def remembering(made: Any, course: Course | None) -> Any:
-    """A body that is checked, with its past if it has one."""
-    if course is None:
-        return made
+def remembering(made: Any, course: Course) -> Any:
+    """A body that is checked, with its past."""
     cls = RememberingPressed if isinstance(made, Pressed) else RememberingBody
     known = {f.name: getattr(made, f.name) for f in fields(made)}
     return cls(**known, course=course)

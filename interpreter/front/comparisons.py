@@ -190,7 +190,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     known = known_of(reference)
     if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
         return _values(metric, name, known)
-    if isinstance(metric.thing, OfForces) and reference.kind != "model" and not _knows_forces(reference):
+    if isinstance(metric.thing, OfForces) and reference.kind != "model" and not reference.thing.with_forces:
         return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
@@ -227,10 +227,6 @@ def _values(metric: Declared, name: str, known: Known) -> _Refusal:
                         "values are given as `values(53.4 mm, uncertainty = 0.05 mm, source = \"...\")`")  # fmt: skip
     return _Refusal("against", f"`{word}` cannot be told from a value, which is all that `{name}` is", "only a value",
                     f"hold a number against it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
-
-
-def _knows_forces(reference: Declared) -> bool:
-    return bool(reference.thing.how == "solved" and reference.thing.about in ("torsion", "relaxing"))
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:

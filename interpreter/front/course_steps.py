@@ -17,7 +17,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Sine, Smooth, Table, off_the_steps
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table, in_full, off_the_steps
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
@@ -60,9 +60,7 @@ def _remembered(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
     """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
     remembers = any(getattr(m.thing, "branches", ()) for m in scene.of_kind("material").values())
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
-        course = declared.thing.course
-        if isinstance(course, Passed):  # at one of its times
-            course = course.of.course
+        course = in_full(declared.thing).course
         if isinstance(course, Sine) and remembers:
             yield from _swinging(declared, course, analysis.step)
         elif isinstance(course, Table):

@@ -16,7 +16,6 @@ from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Tu
 from softmark.references.curve import CurveFromFile
 from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.shape import Shape
-from softmark.solvers.mesh.shapes import MeshFile
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
 FINEST = 2e-3  # of the extent of a body: cells so small are not divided
@@ -91,8 +90,7 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
         except Fault:
             continue
         shape = model.thing.own_mesh or case.shape
-        known = isinstance(shape, MeshFile) or (shape.prebuilt and shape.flat)
-        if known and case.groups and cheap([shape.file]) and shape.file not in said:
+        if shape.prebuilt and case.groups and cheap([shape.file]) and shape.file not in said:
             said.add(shape.file)
             yield from _groups(case, shape)
 

@@ -43,7 +43,7 @@ def _driven_by(scene: Scene, state: float) -> float:
     """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
     if not isinstance(state, Moment):
         return abs(state)
-    moved = (d.thing.course for kind in ("load", "support") for d in scene.of_kind(kind).values())
+    moved = (d.thing.course for d in _acting(scene))
     courses = (c for c in moved if c is not None and not isinstance(c, State))
     try:
         return max((abs(c.at(state)) for c in courses), default=1.0)
@@ -56,10 +56,14 @@ def _timed(scene: Scene) -> bool:
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
+def _acting(scene: Scene) -> list[Declared]:
+    """Its loads and supports."""
+    return [d for kind in ("load", "support") for d in scene.of_kind(kind).values()]
+
+
 def _driven(scene: Scene) -> list[Declared]:
-    """Loads and supports with the course of a state."""
-    moved = (d for kind in ("load", "support") for d in scene.of_kind(kind).values())
-    return [d for d in moved if isinstance(d.thing.course, State)]
+    """Those with the course of a state."""
+    return [d for d in _acting(scene) if isinstance(d.thing.course, State)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -121,8 +125,7 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 def _unread(scene: Scene, duration: float) -> Diagnostic | None:
     """A table that a load or support cannot follow."""
-    moved = (d for kind in ("load", "support") for d in scene.of_kind(kind).values())
-    return next((wrong for d in moved if (wrong := table_fault(d, duration)) is not None), None)
+    return next((wrong for d in _acting(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
 def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:

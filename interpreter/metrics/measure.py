@@ -58,12 +58,10 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     against = metric.thing.measured_from
     if against == view.name:
         return False
-    thing = metric.thing
-    whose = scene.declared[thing.of].thing if isinstance(thing, ErrorOfValue) else thing
-    probe, model = whose.looked_at, scene.declared[view.name].kind == "model"
+    probe, model = metric.thing.probe_in(scene), scene.declared[view.name].kind == "model"
     if probe is None:  # about forces, or the computation itself
         same = against is None or body_of(scene, scene.declared[against]) == view.body
-        return model and same and thing.body_in(scene) in (None, view.body)
+        return model and same and metric.thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
@@ -134,19 +132,24 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
         return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
     times = [a.now for view in views if isinstance(a := view.case.analysis, Quasistatic)]
     if thing.over is None and times:
-        y = np.array([measured_by(of, seen_of(of, view, {})).value for view in views])
+        y = np.array([_own_value(of, view) for view in views])
         return Course(np.array(times), y, ("s", key_of(of.unit)))
     if thing.over is None:
         raise Undefined("it is at rest, and says not along what the curve goes")
     over = scene.declared[thing.over].thing
-    x, y = (np.array([measured_by(one, seen_of(one, view, {})).value for view in views]) for one in (over, of))
+    x, y = (np.array([_own_value(one, view) for view in views]) for one in (over, of))
     return Course(x, y, (key_of(over.unit), key_of(of.unit)))
 
 
 def number_of(scene: Scene, thing: ErrorOfValue, view: View) -> Number:
     """What the metric comes to whose number is held against a value. Raises Undefined."""
     of = scene.declared[thing.of].thing
-    return Number(measured_by(of, seen_of(of, view, {})).value, key_of(of.unit))
+    return Number(_own_value(of, view), key_of(of.unit))
+
+
+def _own_value(thing: Metric, view: View) -> float:
+    """Of a metric that is measured from nothing. Raises Undefined."""
+    return measured_by(thing, seen_of(thing, view, {})).value
 
 
 def key_of(unit: str) -> str:

@@ -51,6 +51,10 @@ class Metric:
         declared = scene.declared[name]
         return name if declared.kind == "body" else vars(declared.thing).get("body")
 
+    def probe_in(self, scene: Scene) -> str | None:
+        """The probe at which its number is found, whichever metric looks there; None of one without any."""
+        return self.looked_at
+
     @property
     def measured_from(self) -> str | None:
         """The reference or model that it is an error from."""
@@ -141,6 +145,28 @@ class OfForces(Metric):
         if rest.reason is not None:
             raise Undefined(rest.reason)
         return rest
+
+
+class OfMetric(Metric):
+    """One of what another metric, `of`, comes to, relative to what that is held against."""
+
+    if TYPE_CHECKING:
+        of: str
+
+    @property
+    def unit(self) -> str:
+        """Of its value, which is relative."""
+        return "1"
+
+    @property
+    def concerned(self) -> str:
+        """The other metric."""
+        return self.of
+
+    def body_in(self, scene: Scene) -> str | None:
+        """That of the other metric."""
+        body: str | None = scene.declared[self.of].thing.body_in(scene)
+        return body
 
 
 class OfDisplacements(Metric):

@@ -4,35 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.metric import OfMetric
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.metrics.curves import Course, Curve
     from softmark.interpreter.metrics.measurement import Floats
 
 
-class OfCurves(Metric):
+class OfCurves(OfMetric):
     """One of the curve that the metric `of` has over time, or at rest along the metric `over`."""
 
     if TYPE_CHECKING:
-        of: str
         over: str | None
-
-    @property
-    def unit(self) -> str:
-        """Of its value, which is relative."""
-        return "1"
-
-    @property
-    def concerned(self) -> str:
-        """The metric whose curve it is."""
-        return self.of
-
-    def body_in(self, scene: Scene) -> str | None:
-        """That of the metric whose curve it is."""
-        of = scene.declared[self.of].thing
-        return None if isinstance(of, OfCurves) else of.body_in(scene)
 
     def stated(self, course: Course, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
         """By how much it may be off, in parts, where values are by `off` (n,) and lie `along` (n,) elsewhere.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.metric import OfMetric
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ErrorOfValue(Metric):
+class ErrorOfValue(OfMetric):
     """How far the number of a metric is from a value that is given: |found - given|, relative to the size of |given|.
 
     The value is one that somebody published or measured, a reference `values`, with its uncertainty, or one on which
@@ -36,20 +36,10 @@ class ErrorOfValue(Metric):
     against: Annotated[str, "reference", "the value, a reference `values` or `consensus`"]
     relative_to: Annotated[Literal["value", "uncertainty"], "what the difference is divided by"] = "value"
 
-    @property
-    def unit(self) -> str:
-        """Of its value, which is relative."""
-        return "1"
-
-    @property
-    def concerned(self) -> str:
-        """The metric whose number it is."""
-        return self.of
-
-    def body_in(self, scene: Scene) -> str | None:
+    def probe_in(self, scene: Scene) -> str | None:
         """That of the metric whose number it is."""
-        of = scene.declared[self.of].thing
-        return None if isinstance(of, ErrorOfValue) else of.body_in(scene)
+        probe: str | None = scene.declared[self.of].thing.looked_at
+        return probe
 
     def size(self, given: KnownValue, found: float | None = None) -> float:
         """What the difference is divided by, in the unit of the metric; without a number the least that it may be.

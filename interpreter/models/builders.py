@@ -42,7 +42,7 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """A model of a scene as arrays, ready to solve; the workshop may build others for it. Raises Fault."""
     workshop.build = build
     builder = _builder(declared.thing)
-    if any(material.branches for material in case.materials):
+    if case.remembers:
         builder = import_module(REMEMBERING[type(declared.thing)])
     prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
     return prepared

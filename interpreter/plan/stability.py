@@ -9,16 +9,16 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
-from softmark.interpreter.metrics.metric import OfDisplacements
-from softmark.interpreter.metrics.of_curves import OfCurves
-from softmark.interpreter.metrics.value_error import ErrorOfValue
+from softmark.interpreter.metrics.metric import OfDisplacements, OfMetric
 from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
 from softmark.interpreter.vocabulary.studies import Stability
 from softmark.records import dataclass
+from softmark.references.curve import CurveFromFile
+from softmark.references.values import GivenValues
 
-TOLD = ("curve", "values", "consensus", "consensus_curve")  # they know of the body as it is, and of no other
+TOLD = CurveFromFile | GivenValues  # they know of the body as it is, and of no other
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
@@ -104,7 +104,7 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
 
 def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     """A scene in which nothing can tell right from wrong."""
-    references = {n: r for n, r in scene.of_kind("reference").items() if r.constructor.name not in TOLD}
+    references = {n: r for n, r in scene.of_kind("reference").items() if not isinstance(r.thing, TOLD)}
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
@@ -125,7 +125,7 @@ def _why_not(scene: Scene, name: str) -> str:
     elif against is not None:
         what = "cannot tell"
         why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
-        if isinstance(thing, OfCurves | ErrorOfValue):
+        if isinstance(thing, OfMetric):
             how = "agreed on" if scene.declared[against].thing.kind == "consensus" else "measured"
             why = f"`{against}` was {how} of this body as it is, and says nothing of others"
     return f"`{name}` {what} right from wrong: {why}"

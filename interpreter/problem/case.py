@@ -104,6 +104,11 @@ class Case:
         """Whether the constants of each of its materials are the same everywhere."""
         return all(getattr(material, "uniform", True) for material in self.materials)
 
+    @property
+    def remembers(self) -> bool:
+        """Whether the stress of one of its materials relaxes, so that its past counts."""
+        return any(material.branches for material in self.materials)
+
     @cached_property
     def typical(self) -> tuple[Any, ...]:
         """Its materials, with one number in place of each constant that varies in space: for orders of magnitude."""

@@ -18,12 +18,12 @@ from softmark.references.round_core import Hookean, RoundCore
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.flat import QuarterRing, Slice
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.stresses.without_cells import WithoutCells
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.mesh.mesh import Floats
-    from softmark.solvers.stresses.field import Part
     from softmark.solvers.stresses.measures import Tensors
 else:
     from softmark.solvers.base.deferred import np
@@ -213,7 +213,7 @@ def doubt_of(core: RoundCore) -> str | None:
 
 
 @dataclass(frozen=True)
-class Told:
+class Told(WithoutCells):
     """The stress of a theory, as metrics ask it of a model: exact, and the same in all cells, for it has none."""
 
     theory: RoundCore
@@ -229,18 +229,6 @@ class Told:
     def shared(self, X: Floats) -> int:
         """How many of the points X (n, 3) have more than one stress."""
         return int(self.theory.on_border(X).sum())
-
-    def unresolved(self, X: Floats) -> Floats:
-        """No cells differ (n,), Pa."""
-        none: Floats = np.zeros(len(X))
-        return none
-
-    def disagreement(self, X: Floats, of: Part) -> Floats:
-        """No cells differ (n,)."""
-        return self.unresolved(X)
-
-    def sampled(self) -> None:
-        """It is known everywhere."""
 
     @property
     def usual(self) -> tuple[float, float, float]:

@@ -111,19 +111,14 @@ class _Made:
             if isinstance(load.thing.action, PerLength) and self._covers(member, load.thing.action, 0.5 * (a + b))
         ]  # fmt: skip
         along = np.sum([line.force for line in lines], axis=0) if lines else np.zeros(3)
-        g = np.sum([ld.thing.action.acceleration for ld in self.case.loads if isinstance(ld.thing.action, PerMass)], 0)
-        weight = self.case.material.density * np.asarray(g) * np.ones(3)
+        material = self.case.material
+        weight = material.density * np.array(self.case.gravity)
+        areas = _from(a, member, lambda section: section.area)
+        stiffness = _from(a, member, lambda section: resists(section, material.young, material.poisson))
 
         def load(s: Floats) -> Floats:
-            areas = np.array([_section(member, a + t).area for t in s.tolist()])
-            found: Floats = areas[:, None] * weight + along
+            found: Floats = areas(s)[:, None] * weight + along
             return found
-
-        material = self.case.material
-
-        def stiffness(s: Floats) -> Floats:
-            sections = (_section(member, a + t) for t in s.tolist())
-            return np.array([resists(section, material.young, material.poisson) for section in sections])
 
         return FrameMember(ends, b - a, member.frame(0.0), stiffness, load)
 
@@ -166,15 +161,22 @@ class _Made:
                         imposed.append(value)
         return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
 
-    def _nearest(self, X: Floats, own: Any, starts: Floats) -> tuple[Any, Floats]:
-        """The stretch that each point X (n, 3) goes with, and where that begins (n, 3), m."""
+    def _nearest(self, X: Floats, own: Any, starts: Floats) -> Any:
+        """The stretch that each point X (n, 3) goes with (n,)."""
         whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
         for number in np.unique(whole).tolist():
             here, pieces = whole == number, np.flatnonzero(own == number)
             s = self.network.members[number].stations(X[here])
             found[here] = pieces[np.clip(np.searchsorted(starts[pieces], s, side="right") - 1, 0, None)]
-        begin = [self.network.members[own[k]].centre(float(starts[k])) for k in range(len(own))]
-        return found, np.array(begin)[found]
+        return found
+
+
+def _from(a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]) -> Callable[[Floats], Floats]:
+    """Something of the sections of a member by stations (n,), m, counted from one: found once where it is even."""
+    if member.tapered:
+        return lambda s: np.array([of(_section(member, a + t)) for t in s.tolist()])
+    same = np.array(of(_section(member, a)))
+    return lambda s: np.broadcast_to(same, (len(s), *same.shape))
 
 
 def _section(member: Member, s: float) -> Disc | Ring | Rectangle:

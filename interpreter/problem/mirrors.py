@@ -8,7 +8,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.case import Case, Fault
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Tensile
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -144,16 +144,3 @@ def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) ->
                                f"`{case.body.name}` has no face in the plane of symmetry `{support.name}`",
                                "it touches the plane in a point or a line",
                                "a mirror image joins the body by a face: model the half, or use `fixed`"))  # fmt: skip
-
-
-def must_be_edge(case: Case, load: Declared, X: Floats) -> None:
-    """Raise a Fault where facets with nodes X (f, k, 3), m, of a load on a plane body are of its faces."""
-    z = X[..., 2]
-    if bool((np.ptp(z, axis=1) <= 1e-9 * np.ptp(z)).any()):
-        raise fault(
-            "E544",
-            load.at("where"),
-            f"`{load.name}` acts on the faces of `{case.body.name}`, and a plane body is loaded on its edge",
-            "holds within the region too",
-            "write a condition that holds on the edge alone, such as `x >= 48 mm` of a body that ends there",
-        )

@@ -12,7 +12,7 @@ from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.stretches import end_of, seen_from
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Quasistatic
-from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Sine, Smooth, Table
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table, in_full
 from softmark.interpreter.vocabulary.loads import PerArea
 from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import Refused
@@ -44,16 +44,10 @@ def bar_of(case: Case) -> RelaxingBar:
     sign = dot(amount, axis)
     if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
         raise Refused(f"`{driving.name}` does not act along the axis", REMEDY)
-    course = _full(driving).course
+    course = in_full(driving.thing).course
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _still(case, root), material.young, material.poisson, g, tau,
                        force, sign * (area if force else 1.0), _driven(course, now), now)  # fmt: skip
-
-
-def _full(declared: Declared) -> Any:
-    """A load or a support at its full size."""
-    course = declared.thing.course
-    return course.of if isinstance(course, Passed) else declared.thing
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:
@@ -61,7 +55,7 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
     shape = case.prism
     ends: dict[int, Declared] = {}
     for support in case.supports:
-        thing = _full(support)
+        thing = in_full(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
         if not isinstance(thing, Holding):
             raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
@@ -74,14 +68,14 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
         if (end := end_of(thing.where, shape)) is None or end in ends:
             raise Refused(f"the support `{support.name}` does not take one end face whole and alone", REMEDY)
         ends[end] = support
-    held = [end for end, support in ends.items() if not _full(support).moves]
-    movers = [support for support in ends.values() if _full(support).moves]
+    held = [end for end, support in ends.items() if not in_full(support.thing).moves]
+    movers = [support for support in ends.values() if in_full(support.thing).moves]
     if len(held) != 1 or len(movers) + len(case.loads) != 1:
         raise Refused("not one end is held and the other moved or pulled by one thing", REMEDY)
     if movers:
-        return held[0], movers[0], _full(movers[0]).displacement
+        return held[0], movers[0], in_full(movers[0].thing).displacement
     load = case.loads[0]
-    action = _full(load).action
+    action = in_full(load.thing).action
     if not isinstance(action, PerArea) or end_of(action.where, shape) != 1 - held[0]:
         raise Refused(f"the load `{load.name}` is no traction on the whole of the free end", REMEDY)
     return held[0], load, action.traction

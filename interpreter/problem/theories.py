@@ -36,14 +36,14 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_isotropic(reference, case)
     for bed in case.beds:
-        problem = f"`{reference.name}` does not hold for this scene: `{bed.name}` puts `{case.body.name}` on springs"
-        raise fault("E503", reference.at(), problem, help="use `self_converged(...)`, which refines solids")
+        why = f"`{bed.name}` puts `{case.body.name}` on springs"
+        raise _broken(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
         from softmark.interpreter.problem.graded import must_be_uniform
 
         must_be_uniform(reference, case)
     try:
-        if reference.thing.about != "relaxing" and any(material.branches for material in case.materials):
+        if reference.thing.about != "relaxing" and case.remembers:
             raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
@@ -88,7 +88,7 @@ def solved(reference: Declared, case: Case) -> Theory:
     """What it says. Raises Fault, and whatever solving it may."""
     problem = problem_of(reference, case)
     try:
-        found: Theory = reference.thing.solve(problem() if reference.thing.wired else problem)
+        found: Theory = reference.thing.solve(problem)
     except Refused as refused:
         raise _broken(reference, refused) from refused
     return found
@@ -101,18 +101,16 @@ def _broken(reference: Declared, refused: Refused) -> Fault:
 
 def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     """What it says of forces; None of one that does not."""
-    from softmark.references.torsion import TwistedCylinder
-
+    if not reference.thing.with_forces:
+        return None
+    own: Any = found
     if reference.thing.about == "relaxing":
         from softmark.interpreter.problem import relaxing_theory
 
-        own: Any = found
         return relaxing_theory.at_rest(case, own)
-    if not isinstance(found, TwistedCylinder):
-        return None
-    from softmark.interpreter.problem.torsion_theory import at_rest
+    from softmark.interpreter.problem import torsion_theory
 
-    return at_rest(case, found)
+    return torsion_theory.at_rest(case, own)
 
 
 def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:

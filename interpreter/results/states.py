@@ -23,9 +23,6 @@ ANSWERED = ("converged", "capped")
 class Moment(float):
     """The value of a state that is a time, s."""
 
-    def __reduce__(self) -> tuple[type[Moment], tuple[float]]:
-        return Moment, (float(self),)
-
 
 @dataclass(frozen=True)
 class Curve:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import platform
 from datetime import datetime
 from functools import cache
@@ -14,6 +13,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import Quantity
 from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.language.sources import standard_name
+from softmark.solvers.base.ahead import processors
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def environment(started: datetime) -> dict[str, Any]:
         **_versions(),
         "platform": platform.platform(),
         "cpu": _cpu(),
-        "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "threads": processors(),
         "started": started.isoformat(timespec="seconds"),
     }
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.metrics.metric import Metric
-from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.results.names import Named, Names
 from softmark.interpreter.vocabulary.loads import Gravity
 
@@ -24,14 +22,9 @@ def _named(scene: Scene, declared: Declared) -> Named:
         body = thing.body
     return Named(
         declared.kind, declared.constructor.name, declared.location.span.line, declared.constructor.summary, body,
-        _probe(scene, thing) if metric else None, thing.measured_from if metric else None,
+        thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
         _poisson(scene, thing.material) if declared.kind == "body" else None,
     )  # fmt: skip
-
-
-def _probe(scene: Scene, metric: Metric) -> str | None:
-    """The probe of a metric, or of the one whose number it holds against a value."""
-    return (scene.declared[metric.of].thing if isinstance(metric, ErrorOfValue) else metric).looked_at
 
 
 def _poisson(scene: Scene, material: object) -> float | None:

@@ -214,3 +214,8 @@ class Passed:
         """The share of the full size at time t, s."""
         share: float = self.of.course.at(t)
         return share
+
+
+def in_full(thing: Any) -> Any:
+    """A load or a support at its full size, with the course that it follows, also where it is seen at one time."""
+    return thing.course.of if isinstance(thing.course, Passed) else thing

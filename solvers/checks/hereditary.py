@@ -8,7 +8,7 @@ ago it was.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -73,12 +73,10 @@ class Course:
 class RememberingBody(CheckedBody):
     """A deformed mesh that remembers how it came there."""
 
-    course: Course | None = None
+    course: Course = field(kw_only=True)
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
         """P of the points of some cells (n, 3, 3), Pa."""
-        if self.course is None:
-            return term.stress(F)
         return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.centre))
 
 
@@ -86,12 +84,10 @@ class RememberingBody(CheckedBody):
 class RememberingPressed(Pressed):
     """The same with pressures: stress of shape relaxes."""
 
-    course: Course | None = None
+    course: Course = field(kw_only=True)
 
     def _split(self, some: slice) -> Split:
         """With the stress of shape that is left."""
-        if self.course is None:
-            return self.split
         course, whole = self.course, self.split.shape
         held = course.held(self.points, self.cells[some], self.kind)
         return replace(self.split, shape=lambda F: course.relaxed(whole, F, held))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeGuard
-
 import numpy as np
 
 from softmark.solvers.dynamics.forces import Forces
 from softmark.solvers.dynamics.problem import Rayleigh
 from softmark.solvers.dynamics.scheme import Motion, Stage
-from softmark.solvers.energies.energy import Dashpots, Energy, Floats
+from softmark.solvers.energies.energy import Dashpots, Floats
 
 
 class Damping:
@@ -31,7 +29,8 @@ class Damping:
         self._towing = np.zeros(forces.dofs)  # K direction
         self._x = np.zeros(0)
         self._none = np.zeros(forces.dofs)
-        self._dashpots = [(e, s) for e, s in zip(forces.internal, forces.pattern.slots, strict=False) if dashpots(e)]
+        each = zip(forces.internal, forces.pattern.slots, strict=False)
+        self._dashpots = [(e, slots) for e, slots in each if isinstance(e, Dashpots) and e.damps]
 
     @property
     def active(self) -> bool:
@@ -115,8 +114,3 @@ class Damping:
         eps = 1e-6 * max(1e-3, float(np.abs(self._x).max())) / largest
         ahead, back = (self.forces.within(self._x + s * eps * d) for s in (1.0, -1.0))
         return (ahead - back) / (2.0 * eps)
-
-
-def dashpots(energy: Energy) -> TypeGuard[Dashpots]:
-    """Whether an energy has dashpots."""
-    return energy.damps

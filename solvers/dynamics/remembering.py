@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Protocol
 
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.remembering import Memory
+from softmark.solvers.energies.remembering import Memories
 
 
 class Acting(Protocol):
@@ -17,50 +16,44 @@ class Acting(Protocol):
 
 
 class Remembering:
-    """The memory of each internal energy, or the energy itself where it has none.
+    """What is remembered at the start of a step, and once it is tried at its end.
 
     Forces within a step are those of energies over the step, at its end; with `between`, as of the midpoint rule, over
     half of it. Forces at its start are those of no time at all.
     """
 
-    def __init__(self, parts: Sequence[Memory | Energy], between: bool = False) -> None:
-        self._first = self._parts = self._next = tuple(parts)
+    def __init__(self, memories: Memories, between: bool = False) -> None:
+        self._first = self._known = self._next = memories
         self.share = 0.5 if between else 1.0
         self.losses = [0.0]  # dissipated up to the end of every step, J
 
     def reset(self, forces: Acting, x: Floats) -> None:
         """As of a body that has always been at rest, and is in the state x at once."""
-        self._parts = self._next = tuple(p.accepted(x, 0.0) if isinstance(p, Memory) else p for p in self._first)
+        self._known = self._next = self._first.accepted(x, 0.0)
         self.losses = [0.0]
-        forces.now = forces.internal = self._over(0.0)
+        forces.now = forces.internal = self._next.over(0.0)
 
     def begin(self, forces: Acting, h: float) -> None:
         """Before a step of h s is tried."""
-        self._next = self._parts
-        forces.now = self._over(0.0)
-        forces.internal = self._over(self.share * h)
+        self._next = self._known
+        forces.now = self._known.over(0.0)
+        forces.internal = self._known.over(self.share * h)
 
     def tried(self, forces: Acting, x: Floats, h: float) -> None:
         """After it has led to the state x."""
-        self._next = tuple(p.accepted(x, h) if isinstance(p, Memory) else p for p in self._parts)
-        forces.internal = self._over(0.0)
+        self._next = self._known.accepted(x, h)
+        forces.internal = self._next.over(0.0)
 
     def accepted(self) -> None:
         """It is kept."""
         self.losses.append(self.losses[-1] + self.lost)
-        self._parts = self._next
+        self._known = self._next
 
     def stored(self, x: Floats) -> float:
         """Energy of all springs in the state x, J."""
-        memories = [part for part in self._next if isinstance(part, Memory)]
-        whole = (part.energy if isinstance(part, Memory) else part for part in self._next)
-        return float(sum(e.value(x) for e in whole)) + sum(m.stored for m in memories)
+        return self._next.stored(x)
 
     @property
     def lost(self) -> float:
         """What the step has dissipated, J."""
-        pairs = zip(self._parts, self._next, strict=True)
-        return sum(b.dissipated - a.dissipated for a, b in pairs if isinstance(a, Memory) and isinstance(b, Memory))
-
-    def _over(self, h: float) -> tuple[Energy, ...]:
-        return tuple(part.over(h) if isinstance(part, Memory) else part for part in self._next)
+        return self._next.dissipated - self._known.dissipated

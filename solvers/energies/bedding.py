@@ -27,7 +27,7 @@ class Bedding(Dashpots):
     conservative: bool = True
 
     @property
-    def damps(self) -> bool:  # type: ignore[override]
+    def damps(self) -> bool:
         """Whether it has dashpots."""
         return self.lag > 0.0
 

@@ -27,7 +27,6 @@ class Energy(Protocol):
     """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
 
     saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
-    damps: ClassVar[bool] = False  # it has dashpots too, as `Dashpots` says
     grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
 
@@ -58,7 +57,10 @@ class Energy(Protocol):
 class Dashpots(Energy):
     """An energy beside which forces act in proportion to speeds, by a definite matrix that never changes."""
 
-    damps = True
+    @property
+    def damps(self) -> bool:
+        """Whether there are any."""
+        raise NotImplementedError(f"{type(self).__name__} does not say whether it has dashpots")
 
     def add_drag(self, v: Floats, f: Floats) -> None:
         """f (dofs,) += C v, N, of velocities v, m/s."""

@@ -150,6 +150,39 @@ class Memory:
         return float(self.lost @ self.energy.w.ravel())
 
 
+@dataclass(frozen=True, eq=False)
+class Memories:
+    """Those of a body: of `each` of its internal energies the memory, or the energy itself where it has none."""
+
+    each: tuple[Memory | Energy, ...]
+
+    @property
+    def energies(self) -> tuple[Energy, ...]:
+        """Those that it has before anything relaxes."""
+        return tuple(own.energy if isinstance(own, Memory) else own for own in self.each)
+
+    def over(self, h: float) -> tuple[Energy, ...]:
+        """Those of a step of h s from here."""
+        return tuple(own.over(h) if isinstance(own, Memory) else own for own in self.each)
+
+    def accepted(self, x: Floats, h: float) -> Memories:
+        """The same after a step of h s that ends in the state x."""
+        return Memories(tuple(own.accepted(x, h) if isinstance(own, Memory) else own for own in self.each))
+
+    def stored(self, x: Floats) -> float:
+        """Energy of all springs in the state x that the memories are of, J."""
+        return float(sum(e.value(x) for e in self.energies)) + sum(memory.stored for memory in self._fading)
+
+    @property
+    def dissipated(self) -> float:
+        """Since the start, J."""
+        return sum(memory.dissipated for memory in self._fading)
+
+    @property
+    def _fading(self) -> tuple[Memory, ...]:
+        return tuple(own for own in self.each if isinstance(own, Memory))
+
+
 def fall_of(lost: Floats) -> float:
     """How much of what is dissipated up to each of some times (t,), J, comes back at most."""
     return float((np.maximum.accumulate(lost) - lost).max(initial=0.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
@@ -11,6 +11,7 @@ from softmark.solvers.mesh.shape import Bounds, Shape, Vector3
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.cuts import Cut
+    from softmark.solvers.mesh.filled import Seen
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Surface
     from softmark.solvers.mesh.shapes import MeshFile
@@ -36,9 +37,10 @@ class FlatFile(Shape):
     @cached_property
     def read(self) -> Mesh:
         """The slice of the file's own cells, with its groups. Raises UnreadableMesh."""
-        from softmark.solvers.mesh.files.flat_cells import read
+        from softmark.solvers.mesh.filled import seen
 
-        found = read(self.region.path, self.region.unit, self.region.coincident)
+        path = self.region.path
+        found = _sliced(path, self.region.unit, self.region.coincident, seen(path))
         points = found.points.copy()
         points[:, 2] *= self.depth / (points[:, 2].max() - points[:, 2].min())
         return replace(found, points=points)
@@ -78,3 +80,11 @@ class FlatFile(Shape):
         from softmark.solvers.mesh.mesh import surface
 
         return surface(self.read)
+
+
+@lru_cache(maxsize=4)
+def _sliced(path: str, unit: float, coincident: str, stamp: Seen) -> Mesh:
+    """What the bodies of a file share: it is read once for all of them."""
+    from softmark.solvers.mesh.files.flat_cells import read
+
+    return read(path, unit, coincident)

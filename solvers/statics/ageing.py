@@ -8,12 +8,10 @@ from dataclasses import field, replace
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.loads import Share
-from softmark.solvers.energies.remembering import Memory
+from softmark.solvers.energies.remembering import Memories
 from softmark.solvers.statics.equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
-
-Remembers = Memory | Energy  # of each internal energy: its memory, or itself where it has none
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class Aged:
 
     x: Floats
     time: float
-    parts: tuple[Remembers, ...]
+    memories: Memories
     forces: Floats
     work: float = 0.0
     times: tuple[float, ...] = ()
@@ -45,37 +43,31 @@ class Aged:
     problem: Statics | None = None
 
     @property
-    def memories(self) -> tuple[Memory, ...]:
-        """Of the energies that have one."""
-        return tuple(part for part in self.parts if isinstance(part, Memory))
-
-    @property
     def stored(self) -> float:
         """Energy of all springs, J."""
-        whole = (part.energy if isinstance(part, Memory) else part for part in self.parts)
-        return float(sum(e.value(self.x) for e in whole)) + sum(m.stored for m in self.memories)
+        return self.memories.stored(self.x)
 
     @property
     def dissipated(self) -> float:
         """Since the start, J."""
-        return sum(m.dissipated for m in self.memories)
+        return self.memories.dissipated
 
 
-def begun(problem: Statics, parts: Sequence[Remembers]) -> Aged:
+def begun(problem: Statics, memories: Memories) -> Aged:
     """The state of rest before anything acts."""
-    return Aged(problem.rest, 0.0, tuple(parts), np.zeros(problem.assembly.dofs))
+    return Aged(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
 
 
 def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
     """The equilibrium at a later time, or at the same after a jump. Raises NotConverged."""
     h = max(0.0, to.time - before.time)
-    internal = [part.over(h) if isinstance(part, Memory) else part for part in before.parts]
+    internal = before.memories.over(h)
     loads = [Share(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
     start = before.x if before.times else None
     step = replace(problem, assembly=problem.assembly.acting(internal, loads), target=to.target, start=start, twin=None)
     found = equilibrium(step)
     x = found.x
-    parts = tuple(part.accepted(x, h) if isinstance(part, Memory) else part for part in before.parts)
+    memories = before.memories.accepted(x, h)
     forces = np.zeros(problem.assembly.dofs)
     for energy in internal:
         energy.add_gradient(x, forces)
@@ -83,7 +75,7 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
         work = 0.5 * float((before.forces + forces) @ (x - before.x))
     else:  # at once it is elastic, and has an energy
         work = sum(e.value(x) - e.value(before.x) for e in internal)
-    after = replace(before, x=x, time=to.time, parts=parts, forces=forces, work=before.work + work, found=found,
+    after = replace(before, x=x, time=to.time, memories=memories, forces=forces, work=before.work + work, found=found,
                     problem=step, history=before.history + found.history)  # fmt: skip
     lost = after.dissipated
     return replace(after, times=(*before.times, to.time), states=(*before.states, x), losses=(*before.losses, lost))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,7 @@ def sheet(path: Path, element: str, region: Flat = SHEET) -> str:
     return write(path, points, KINDS[element], cells, {"soft": ~hard, "hard": hard}, on)
 
 
+@cache
 def answers(text: str, stated: tuple[str, ...] | None = ()) -> dict[str, float]:
     """All metrics, and the errors that finer spaces over the same cells state, where there was time for these."""
     loaded = softmark.loads(text)

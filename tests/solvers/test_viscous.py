@@ -17,7 +17,7 @@ from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.remembering import Remembering
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.remembering import Memory
+from softmark.solvers.energies.remembering import Memories, Memory
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.relaxing import Relaxing, Series
@@ -279,7 +279,7 @@ def swing(integrator: str, h: float) -> tuple[float, dict]:
     problem = Dynamics(
         Assembly(24, fixed, [energy], [DeadForces(force.ravel())]), mass, np.zeros(24), np.zeros(24), fixed,
         np.zeros(len(fixed)), integrator=INTEGRATORS[integrator](), tolerance=1e-10,
-        remembering=Remembering([Memory.at_rest(energy, zener)], integrator == "midpoint"), lagged=False,
+        remembering=Remembering(Memories((Memory.at_rest(energy, zener),)), integrator == "midpoint"), lagged=False,
     )  # fmt: skip
     track = march(problem, 0.25, h)
     return float(track.observed[-1].x[3 * np.flatnonzero(far)[0]]), track.energies
@@ -310,7 +310,7 @@ def test_a_mass_on_zeners_spring_in_every_integrator(integrator: str) -> None:
 def test_what_is_moved_at_once_in_a_motion_has_been_stretched_in_no_time() -> None:
     """The first step relaxes what the start has brought, and is no ramp to it."""
     energy, along, _ = cell()
-    memory = Remembering([Memory.at_rest(energy, series())])
+    memory = Remembering(Memories((Memory.at_rest(energy, series()),)))
     acting = type("Acting", (), {"internal": (), "now": None})()
     memory.reset(acting, 0.01 * along)
     memory.begin(acting, 5.0)

@@ -206,11 +206,11 @@ def hats(s: Floats, low: float, high: float, size: Callable[[float], float] = la
 
     Hat functions by Simpson's rule between kinks: it is exact of the third degree, of hats times areas that taper.
     """
-    found = np.zeros(len(s))
     kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
-    for a, b in itertools.pairwise(kinks.tolist()):
-        for at, weight in ((a, 1.0), (0.5 * (a + b), 4.0), (b, 1.0)):
-            found += size(at) * weight * (b - a) / 6.0 * np.array([np.interp(at, s, row) for row in np.eye(len(s))])
+    a, b = kinks[:-1], kinks[1:]
+    places = np.concatenate([a, 0.5 * (a + b), b])
+    weights = np.concatenate([b - a, 4.0 * (b - a), b - a]) / 6.0 * [size(at) for at in places.tolist()]
+    found: Floats = np.array([np.interp(places, s, row) for row in np.eye(len(s))]) @ weights
     return found
 
 

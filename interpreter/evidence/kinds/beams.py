@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,6 +33,8 @@ BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and tim
 
 class Beams(Voucher):
     """Of beams: forces from the places of their points, fewer segments, and what their theory leaves out."""
+
+    theory = "beams"  # what theory it is, for messages
 
     def facts(self, found: Found) -> dict[str, Any]:
         """The largest strain: of the outermost fibre, with shear."""
@@ -79,15 +82,23 @@ class Beams(Voucher):
         return found
 
     def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """What the theory of beams leaves out. Raises Unknown."""
-        if seen.in_forces:  # an energy goes with the square of what bends
-            return 2.0 * left_out(answer.declared.thing, answer.case, answer.result) * seen.size
-        if isinstance(seen.metric, OfTensors):
-            missing = 2.0 * left_out(answer.declared.thing, answer.case, answer.result) + leaning(answer.case.prism)
-            return missing * of_sections(answer, seen)
-        if not seen.in_displacements:
-            raise Unknown(f"{NO_ERROR}: what the theory of beams leaves out is known of displacements alone")
-        return left_out(answer.declared.thing, answer.case, answer.result) * seen.size
+        """What the theory leaves out. Raises Unknown."""
+        tensors = isinstance(seen.metric, OfTensors)
+        if not (seen.in_forces or seen.in_displacements or tensors):
+            raise Unknown(f"{NO_ERROR}: what the theory of {self.theory} leaves out is known of displacements alone")
+        missing = self.left_out(answer)
+        if tensors:
+            leans = max(map(leaning, self.pieces(answer.case)))
+            return (2.0 * missing + leans) * of_sections(answer, seen)
+        return (2.0 if seen.in_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
+
+    def left_out(self, answer: Answer) -> float:
+        """The same of displacements, relative. Raises Unknown."""
+        return left_out(answer.declared.thing, answer.case, answer.result)
+
+    def pieces(self, case: Case) -> Sequence[Swept]:
+        """What goes along an axis."""
+        return [case.prism]
 
 
 def left_out(thing: Beam6Dof, case: Case, result: ModelResult) -> float:

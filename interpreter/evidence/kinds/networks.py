@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -11,25 +11,25 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.beam_forces import along, arm_of, deformed, hats, worse
-from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams, leaning, of_sections
+from softmark.interpreter.evidence.kinds.beams import BENT, STRETCHED, TAPERED, Beams
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found
 from softmark.interpreter.evidence.orders import COARSE
-from softmark.interpreter.evidence.probe_answers import NO_ERROR, ProbeAnswer, Unknown
+from softmark.interpreter.evidence.probe_answers import Unknown
 from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.beam import ribbon
 from softmark.interpreter.models.network import places
+from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
 from softmark.interpreter.vocabulary.supports import Hinged
 from softmark.records import dataclass
 from softmark.solvers.checks.rods import CheckedRod
 from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.mesh.frame import Member, Network
-from softmark.solvers.mesh.shape import transverse
+from softmark.solvers.mesh.shape import Swept, transverse
 
 ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
@@ -44,9 +44,7 @@ class Frame:
     @property
     def network(self) -> Network:
         """Its geometry."""
-        shape = self.found.case.shape
-        assert isinstance(shape, Network)
-        return shape
+        return _network(self.found.case)
 
     @cached_property
     def X(self) -> list[Floats]:
@@ -209,6 +207,8 @@ def _per_length(found: Found) -> Floats:
 class Networks(Beams):
     """Of networks: as of beams, member by member."""
 
+    theory = "frames"
+
     def facts(self, found: Found) -> dict[str, Any]:
         """The largest strains, and the largest curvature of a member."""
         if found.solution.displacement is None:
@@ -238,23 +238,26 @@ class Networks(Beams):
         masks = {support.name: frame.carries(support) for support in found.case.supports}
         return summed(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
 
-    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """What the theory of frames leaves out. Raises Unknown."""
-        tensors = isinstance(seen.metric, OfTensors)
-        if not (seen.in_forces or seen.in_displacements or tensors):
-            raise Unknown(f"{NO_ERROR}: what the theory of frames leaves out is known of displacements alone")
+    def left_out(self, answer: Answer) -> float:
+        """Of the member of which it is most, with what all are strained. Raises Unknown."""
         checks = answer.result.solve.get("checks") or {}
         names = "bending_strain", "axial_strain", "curvature_per_m"
         bent, stretched, curvature = (float(checks.get(n) or 0.0) for n in names)
-        network, poisson = answer.case.shape, answer.case.material.poisson
-        assert isinstance(network, Network)
+        network, poisson = _network(answer.case), answer.case.material.poisson
         missing = max(_missing(network, i, poisson, curvature) for i in range(len(network.members)))
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
             raise Unknown(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
-        size = of_sections(answer, seen) if tensors else seen.size
-        leans = max(map(leaning, network.members)) if tensors else 0.0
-        return ((2.0 if seen.in_forces or tensors else 1.0) * (missing + strained) + leans) * size
+        return missing + strained
+
+    def pieces(self, case: Case) -> Sequence[Swept]:
+        """Its members."""
+        return _network(case).members
+
+
+def _network(case: Case) -> Network:
+    assert isinstance(case.shape, Network)
+    return case.shape
 
 
 def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:

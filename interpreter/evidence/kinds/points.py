@@ -82,15 +82,13 @@ def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float, 
     """What stress and what loads do at the corners (8, 3), N; what is held; rounding, N; what a constraint lacks, N."""
     case = found.case
     F, X = _gradient(found), _corners(found)
-    lengths = np.ptp(X, axis=0)
     out = np.sign(X - X.mean(axis=0))
     areas = _areas(found)
     P, noise, off = _stress(found, F)
     inside = 0.25 * (out * areas) @ P.T
     outside = np.zeros_like(inside)
     for load in case.loads:
-        where, t = load.thing.action.where, np.array(load.thing.action.traction)
-        on = np.array([where.holds(*x, float(np.linalg.norm(lengths))) for x in X.tolist()], dtype=np.bool_)
+        on, t = _on(found, load.thing.action.where), np.array(load.thing.action.traction)
         for axis in range(3):
             for side in (-1.0, 1.0):
                 face = out[:, axis] == side
@@ -167,25 +165,27 @@ def _areas(found: Found) -> Floats:
     return areas
 
 
-def _holds(found: Found, thing: Any) -> NDArray[np.bool_]:
-    """What a support holds of the corners (8, 6): of whole faces that it selects."""
+def _on(found: Found, where: Any) -> NDArray[np.bool_]:
+    """Which of the corners a condition selects (8,)."""
     X = _corners(found)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
-    on = np.array([thing.where.holds(*x, extent) for x in X.tolist()], dtype=np.bool_)
+    return np.array([where.holds(*x, extent) for x in X.tolist()], dtype=np.bool_)
+
+
+def _holds(found: Found, thing: Any) -> NDArray[np.bool_]:
+    """What a support holds of the corners (8, 6): of whole faces that it selects."""
     mask = np.zeros((8, 6), dtype=np.bool_)
-    mask[np.ix_(np.flatnonzero(on), list(thing.components))] = True
+    mask[np.ix_(np.flatnonzero(_on(found, thing.where)), list(thing.components))] = True
     return mask
 
 
 def _pull(found: Found, axis: int) -> float:
     """The nominal stress that loads leave on a free axis, Pa."""
     X, total = _corners(found), 0.0
-    extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     for load in found.case.loads:
-        where, traction = load.thing.action.where, load.thing.action.traction
+        on, traction = _on(found, load.thing.action.where), load.thing.action.traction
         for side, level in ((-1.0, X[:, axis].min()), (1.0, X[:, axis].max())):
-            face = X[X[:, axis] == level]
-            if all(where.holds(*x, extent) for x in face.tolist()):
+            if on[X[:, axis] == level].all():
                 total += side * float(traction[axis])
     return total
 

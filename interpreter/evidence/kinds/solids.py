@@ -81,8 +81,7 @@ class Solids(Sized):
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
         why = ""
-        past = any(material.branches for material in answer.case.materials)
-        if not isinstance(answer.case.analysis, Dynamic) and not past:
+        if not isinstance(answer.case.analysis, Dynamic) and not answer.case.remembers:
             try:
                 return self._from_finer(answer, seen)
             except Unknown as unknown:
@@ -177,8 +176,9 @@ class Solids(Sized):
 
     def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
         """What the model would be with the best strain measure that there is, where it is another."""
-        materials = replace(answer.own, other_material=None).materials
-        if any(material.branches for material in materials) and thing.strain != "finite":
+        whole = replace(answer.own, other_material=None)
+        materials = whole.materials
+        if whole.remembers and thing.strain != "finite":
             raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
         finite = [material.finite_law() is not None for material in materials]
         if any(finite) and not all(finite):

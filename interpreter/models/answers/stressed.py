@@ -54,7 +54,7 @@ def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
         if isinstance(how, str):
             raise NoStress(how)
         strain, way = how
-        if any(material.branches for material in case.materials):
+        if case.remembers:
             raise NoStress("its stress is that of its past, which is not recovered to points: ask for forces")
         u = mesh.displacement.astype(float)  # of single precision too
         around = case.depth > 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from functools import cache, reduce
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers.vibrations import about, none
 from softmark.interpreter.models.beam import holding
 from softmark.interpreter.models.beam.carrying import in_space, on_rod
-from softmark.interpreter.models.beam.sections import at_nodes, of_section, stiffnesses
+from softmark.interpreter.models.beam.sections import at_nodes, inertia, of_section, stiffnesses
 from softmark.interpreter.models.beam.sharing import of_force, of_line
 from softmark.interpreter.models.beam.words import Beam6Dof, beside, station
 from softmark.interpreter.models.shared import outcome
@@ -36,7 +36,6 @@ from softmark.solvers.mesh.shape import Prism
 from softmark.solvers.statics.equilibrium import Equilibrium, Statics, equilibrium
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Section
     from softmark.solvers.statics.equilibrium import Watch
 
 
@@ -53,15 +52,17 @@ class PreparedBeam(Meshless):
     size: dict[str, int]
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
-    inertia: Floats = field(
-        default_factory=lambda: np.zeros((0, 4))
-    )  # of nodes (n, 4): kg, and about e1, e2, e3 kg m^2
-    along: Callable[[Floats], Floats] | None = None  # stations (k,) of points (k, 3), m, on a curved axis
 
     @property
     def points(self) -> Floats:
         """Nodes of the axis (n, 3), undeformed, m."""
         return self.rest.reshape(-1, 7)[:, :3]
+
+    @property
+    def along(self) -> Callable[[Floats], Floats] | None:
+        """On a curved axis, what says the stations (k,) of points (k, 3), m."""
+        shape = self.case.prism
+        return None if isinstance(shape, Prism) else shape.stations
 
     def forces(self) -> list[tuple[Declared, Floats]]:
         """Of every load by itself at these nodes, at rest: forces and moments in space (n, 6), N and N m."""
@@ -128,7 +129,7 @@ class PreparedBeam(Meshless):
 
     def mass(self) -> Floats:
         """Of the nodes and of the sections that turn with them (6 n,), kg and kg m^2."""
-        return self.inertia[:, [0, 0, 0, 1, 2, 3]].ravel()
+        return _inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
 
 
 @cache
@@ -184,10 +185,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
         way=way,
     )
     size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
-    along, put = None if isinstance(shape, Prism) else shape.stations, disturbance_of(case)
-    return PreparedBeam(
-        declared, case, stations, rest, elastic, problem, size, put, applied, _inertia(case, rest, stations), along
-    )
+    return PreparedBeam(declared, case, stations, rest, elastic, problem, size, disturbance_of(case), applied)
 
 
 def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
@@ -196,16 +194,12 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
     A half of each segment's at both its ends; of one that tapers each by its linear shape function.
     """
     shape, rho = case.prism, case.material.density
-
-    def of(section: Section) -> list[float]:
-        return [section.area, sum(section.moments), *section.moments]
-
     if shape.tapered:
-        tapering: Floats = rho * at_nodes(shape, stations, of)
+        tapering: Floats = rho * at_nodes(shape, stations, inertia)
         return tapering
     half = 0.5 * lengths(rest, chain(len(stations)))
     shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
-    even: Floats = rho * np.outer(shares, of(shape.section))
+    even: Floats = rho * np.outer(shares, inertia(shape.section))
     return even
 
 

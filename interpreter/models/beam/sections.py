@@ -10,6 +10,7 @@ closed form says, however few elements it has. Masses go to nodes by hat functio
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,11 @@ def of_section(section: Section, material: Any) -> RodSection:
     I2, I3 = section.moments  # about its first and its second axis: about e2 the distance is X3
     kappa = section.shear_factor(material.poisson)
     return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
+
+
+def inertia(section: Section) -> list[float]:
+    """By density and length its mass, and its moments of inertia about e1, e2 and e3."""
+    return [section.area, sum(section.moments), *section.moments]
 
 
 def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
@@ -51,7 +57,12 @@ def at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Fl
 
 def _rule(count: int) -> tuple[Floats, Floats]:
     """Places and weights (g,) in each of so many elements, from 0 to 1."""
-    x, w = np.polynomial.legendre.leggauss(24 if count < MANY else 6)
+    return _gauss(24 if count < MANY else 6)
+
+
+@cache
+def _gauss(places: int) -> tuple[Floats, Floats]:
+    x, w = np.polynomial.legendre.leggauss(places)
     return 0.5 * (1.0 + x), 0.5 * w
 
 

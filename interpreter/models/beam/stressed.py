@@ -21,10 +21,10 @@ from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.stresses.measures import Tensors
 from softmark.solvers.stresses.sampled import SYMMETRIC
 from softmark.solvers.stresses.sections import stress_in, stress_in_taper
+from softmark.solvers.stresses.without_cells import WithoutCells
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Section
-    from softmark.solvers.stresses.field import Part
 
 AROUND = 1e-9  # of the length: a place beyond the end is at the end
 
@@ -68,7 +68,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class SectionStresses:
+class SectionStresses(WithoutCells):
     """The stress of pieces made of one material, as metrics ask it; `nearest` says the piece of points (n, 3)."""
 
     pieces: Sequence[Piece]
@@ -110,21 +110,6 @@ class SectionStresses:
             found[here] = stress_in_taper(section, _rates(shape, section), nu, *known)
         return found
 
-    def shared(self, X: Floats) -> int:
-        """None of the points X (n, 3) has more than one stress."""
-        return 0
-
-    def unresolved(self, X: Floats) -> Floats:
-        """There are no cells that could differ (n,), Pa."""
-        return np.zeros(len(X))
-
-    def disagreement(self, X: Floats, of: Part) -> Floats:
-        """There are no cells that could differ (n,)."""
-        return np.zeros(len(X))
-
-    def sampled(self) -> None:
-        """It is known everywhere."""
-
     @cached_property
     def usual(self) -> tuple[float, float, float]:
         """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections amid elements."""
@@ -164,6 +149,6 @@ def lines_on(
                 areas = np.array([shape.section_at(s).area for s in middle.tolist()])
                 found += case.material.density * areas[:, None] * np.array(g)
             case PerLength(force=q) as line if (ends := covers(line)) is not None:
-                low, high = (np.clip(s, stations[:-1], stations[1:]) for s in ends)
+                low, high = (np.clip(s, stations[:-1], stations[1:]) for s in sorted(ends))
                 found += ((high - low) / np.diff(stations))[:, None] * np.array(q)
     return found

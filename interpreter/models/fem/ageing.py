@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers import carried, vibrations
 from softmark.interpreter.models.fem.build import PreparedSolid, at_rest, elastic_of, mass_of
-from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared import motion, outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.holding import held_values
 from softmark.interpreter.models.shared.meshing import mesh_facts
@@ -22,14 +22,13 @@ from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solutio
 from softmark.interpreter.models.shared.viscous import came_back
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.courses import Passed, Pulse, Ramp, Smooth, Table, off_the_steps
+from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Smooth, Table, in_full, off_the_steps
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.dynamics.loading import Constant
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.remembering import Memory, fall_of
+from softmark.solvers.energies.remembering import Memories, Memory
 from softmark.solvers.materials.relaxing import series_of
-from softmark.solvers.statics.ageing import Aged, Instant, Remembers, aged, begun, followed
+from softmark.solvers.statics.ageing import Aged, Instant, aged, begun, followed
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.words import Fem
@@ -63,12 +62,10 @@ class PreparedAged(OnMesh):
     """A body that remembers: `static` is the same at full size of all that acts, with the law that it has at once."""
 
     static: PreparedSolid
-    declared: Declared
     case: Case
-    parts: tuple[Remembers, ...]
+    memories: Memories
     courses: tuple[Any, ...]  # of every load
-    target: Floats  # (c,) m, what supports impose at full size
-    movers: tuple[tuple[Any, Floats], ...]  # a course, and which of these (c,) follow it
+    movers: tuple[tuple[Any, Floats], ...]  # a course, and which of what supports impose (c,) follows it
     before: Aged | None = None
 
     @property
@@ -121,9 +118,9 @@ class PreparedAged(OnMesh):
     def warm(self) -> None:
         """Compile what the solution needs."""
         self.static.warm()
-        for part in self.parts:
-            if isinstance(part, Memory):
-                part.over(0.0).add_gradient(self.static.problem.rest, np.zeros_like(self.static.problem.rest))
+        for own in self.memories.each:
+            if isinstance(own, Memory):
+                own.over(0.0).add_gradient(self.static.problem.rest, np.zeros_like(self.static.problem.rest))
 
     # ------------------------------------------------------------------ time
 
@@ -154,7 +151,7 @@ class PreparedAged(OnMesh):
 
     def _instant(self, t: float, before: bool) -> Instant:
         at = t - BEFORE * self.analysis.step if before else t
-        target = self.target.copy()
+        target = self.static.problem.target.copy()
         for course, which in self.movers:
             target[which] *= course.at(at)
         return Instant(t, tuple(course.at(at) for course in self.courses), target)
@@ -165,7 +162,7 @@ class PreparedAged(OnMesh):
         """March from the start, or from the state before, to now."""
         remedy = "try a shorter step, a smaller load, a finer mesh or another strain measure"
         problem = replace(self.static.problem, watch=watch)
-        first = self.before if self.before is not None else begun(problem, self.parts)
+        first = self.before if self.before is not None else begun(problem, self.memories)
         came: list[Aged] = [first]
 
         def find() -> Any:
@@ -182,7 +179,7 @@ class PreparedAged(OnMesh):
         x = static.unknowns.moved(state.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(static.mesh, u))
-        notes = (*static._misread_rotation(x), *static._beyond_its_law(x), *outcome.doubts(self.declared, found),
+        notes = (*static._misread_rotation(x), *static._beyond_its_law(x), *outcome.doubts(static.declared, found),
                  *self._doubts(state))  # fmt: skip
         stored = state.stored
         energies = {"work_J": state.work, "stored_J": stored, "dissipated_J": state.dissipated,
@@ -210,8 +207,7 @@ class PreparedAged(OnMesh):
 
     def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
         """A warning where dissipated energy has come back."""
-        lost = np.array((0.0, *state.losses))
-        yield from came_back(self.declared, fall_of(lost), float(np.abs(lost).max()), abs(state.work))
+        yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work))
 
 
 # ------------------------------------------------------------------ building
@@ -219,15 +215,13 @@ class PreparedAged(OnMesh):
 
 def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """The body in motion, with what its points remember. Raises Fault."""
-    from softmark.interpreter.models.shared import motion
     from softmark.solvers.dynamics.midpoint import Midpoint
     from softmark.solvers.dynamics.remembering import Remembering
 
     static, parts = at_rest(model, declared, case, workshop)
     known = _remembered(model, static)
-    internal = [part.energy if isinstance(part, Memory) else part for part in known]
     mass, loads = mass_of(model, case, static.mesh, parts), [*static.applied]
-    made = motion.in_motion(static, declared, case, static.mesh, mass, internal, loads, static.problem)
+    made = motion.in_motion(static, declared, case, static.mesh, mass, known.energies, loads, static.problem)
     remembering = Remembering(known, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
 
@@ -240,27 +234,21 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     static, _ = at_rest(model, declared, whole, workshop)
     loads = tuple(energy for _, energy in static.applied)
     problem = static.problem
-    parts, old = _remembered(model, static), problem.assembly
-    internal = [part.energy if isinstance(part, Memory) else part for part in parts]
-    assembly = Assembly(old.dofs, problem.fixed, internal, static.unknowns.loads(list(loads)), old.points)
+    memories, old = _remembered(model, static), problem.assembly
+    assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(list(loads)), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
-    courses = tuple(_course(load) for load in whole.loads)
+    courses = tuple(motion.course_of(load) for load in whole.loads)
     movers = _movers(whole, static.mesh, workshop, problem.fixed)
-    return PreparedAged(static, declared, case, parts, courses, problem.target, movers)
+    return PreparedAged(static, case, memories, courses, movers)
 
 
 def _whole(case: Case) -> Case:
     """The case with all that acts at its full size."""
 
     def full(declared: Declared) -> Declared:
-        course = declared.thing.course
-        return replace(declared, thing=course.of) if isinstance(course, Passed) else declared
+        return replace(declared, thing=in_full(declared.thing))
 
     return replace(case, loads=tuple(map(full, case.loads)), supports=tuple(map(full, case.supports)))
-
-
-def _course(declared: Declared) -> Any:
-    return declared.thing.course or Constant()
 
 
 def _movers(case: Case, mesh: Mesh, workshop: Workshop, fixed: Any) -> tuple[tuple[Any, Floats], ...]:
@@ -268,13 +256,13 @@ def _movers(case: Case, mesh: Mesh, workshop: Workshop, fixed: Any) -> tuple[tup
     owners = held_values(case, mesh, workshop.measured)
     found: dict[Any, Any] = {}
     for place, dof in enumerate(fixed.tolist()):
-        found.setdefault(_course(owners[dof][1]), []).append(place)
+        found.setdefault(motion.course_of(owners[dof][1]), []).append(place)
     return tuple((course, np.array(places)) for course, places in found.items())
 
 
-def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
+def _remembered(model: Fem, static: PreparedSolid) -> Memories:
     """The energy of each piece, with a memory where its material relaxes, and those of beds."""
-    found: list[Remembers] = []
+    found: list[Memory | Energy] = []
     for own, energy in zip(static.pieces, static.solid, strict=True):
         material = own.case.material
         if not material.branches:
@@ -284,4 +272,4 @@ def _remembered(model: Fem, static: PreparedSolid) -> tuple[Remembers, ...]:
         if model.formulation == "displacement":
             plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
         found.append(Memory.at_rest(plain, series_of(material, model.strain)))
-    return (*found, *static.beds.values())
+    return Memories((*found, *static.beds.values()))

@@ -313,8 +313,10 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0)
-    return replace(made, muscles=(*tensions,)) if tensions else made, parts
+    made = PreparedSolid(
+        *known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0, muscles=(*tensions,)
+    )
+    return made, parts
 
 
 def _beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:

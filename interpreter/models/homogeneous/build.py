@@ -25,10 +25,11 @@ from softmark.solvers.statics.material_point import FLAT, Drive, Floats, Materia
 from softmark.solvers.stresses.field import norm_of
 from softmark.solvers.stresses.measures import Tensors, von_mises
 from softmark.solvers.stresses.sampled import SYMMETRIC
+from softmark.solvers.stresses.without_cells import WithoutCells
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Watch
-    from softmark.solvers.stresses.field import Part, Stresses
+    from softmark.solvers.stresses.field import Stresses
 
 ALONG = 1e-9  # of the largest stress: a shear that is less is none
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a box, 0 low and 1 high
@@ -231,7 +232,7 @@ class _Moved:
 
 
 @dataclass(frozen=True)
-class Told:
+class Told(WithoutCells):
     """The stress of the point, as metrics ask it of a model: the same everywhere."""
 
     state: PointState
@@ -248,22 +249,6 @@ class Told:
         """At points X (n, 3) of the undeformed body."""
         one = self._tensors
         return Tensors(np.tile(one.six, (len(X), 1)), np.tile(one.H, (len(X), 1)), self.small)
-
-    def shared(self, X: Floats) -> int:
-        """No point has more than one stress."""
-        return 0
-
-    def unresolved(self, X: Floats) -> Floats:
-        """No cells differ (n,), Pa."""
-        none: Floats = np.zeros(len(X))
-        return none
-
-    def disagreement(self, X: Floats, of: Part) -> Floats:
-        """No cells differ (n,)."""
-        return self.unresolved(X)
-
-    def sampled(self) -> None:
-        """It is known everywhere."""
 
     @property
     def usual(self) -> tuple[float, float, float]:

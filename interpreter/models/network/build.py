@@ -44,6 +44,7 @@ class PreparedNetwork(Meshless):
 
     declared: Declared
     layout: Layout
+    elastic: RodElastic  # the members as one
     problem: Statics
     size: dict[str, int]
     applied: tuple[tuple[Declared, Energy], ...]  # every load by itself
@@ -78,7 +79,7 @@ class PreparedNetwork(Meshless):
         from softmark.interpreter.models.beam.stressed import Piece, SectionStresses, lines_on
 
         layout, network, case = self.layout, self.layout.network, self.layout.case
-        rest, now, ends = layout.rest.reshape(-1, 7), x.reshape(-1, 7), rods(layout).local_forces(x)
+        rest, now, ends = layout.rest.reshape(-1, 7), x.reshape(-1, 7), self.elastic.local_forces(x)
         ends, pieces = ends.reshape(len(network.members), -1, 12), []
         for i, member in enumerate(network.members):
             stations, nodes = layout.stations(i), layout.nodes(i)
@@ -129,7 +130,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
         path=case.analysis.path,
     )
     size = {"nodes": layout.count, "elements": len(layout.elements), "dofs": len(assembly.free)}
-    static = PreparedNetwork(declared, layout, problem, size, applied)
+    static = PreparedNetwork(declared, layout, elastic, problem, size, applied)
     if not isinstance(case.analysis, Dynamic):
         return static
     from softmark.interpreter.models.network.moving import moving

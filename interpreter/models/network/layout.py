@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.rigid import AXES, point_rows
-from softmark.interpreter.models.beam.sections import at_nodes
+from softmark.interpreter.models.beam.sections import at_nodes, inertia
 from softmark.interpreter.models.network import places
 from softmark.interpreter.models.shared.holding import Held
 from softmark.interpreter.problem.case import Case
@@ -112,10 +112,7 @@ class Layout:
     @cached_property
     def _shares(self) -> tuple[Floats, Floats]:
         """Of every node the mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2."""
-        found = [
-            at_nodes(member, self.stations(number), lambda s: [s.area, sum(s.moments), *s.moments])
-            for number, member in enumerate(self.network.members)
-        ]
+        found = [at_nodes(member, self.stations(number), inertia) for number, member in enumerate(self.network.members)]
         whole = self.case.material.density * np.concatenate(found)
         return whole[:, 0], whole[:, 1:]
 

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.problem.case import fault
-from softmark.interpreter.problem.mirrors import must_be_edge
+from softmark.interpreter.models.shared.surfaces import surface_of
 from softmark.interpreter.problem.parts.patches import Patches
-from softmark.interpreter.problem.parts.surface import Loaded, loaded
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.bedding import Bedding
@@ -19,6 +17,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.problem.parts.surface import Loaded
     from softmark.solvers.mesh.mesh import Mesh
 
 SOME = 1000  # points at a time
@@ -35,7 +34,7 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
     from softmark.interpreter.models.beam.rigid import point_rows
 
     for bed in case.beds:
-        facets, xi, _, normal = _points(_part(case, bed, mesh))
+        facets, xi, _, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
         X = np.einsum("pa,pai->pi", FACETS[facets.shape[1]].shape(xi), mesh.points[facets]) - centre
         if bed.thing.directions == "all":
             yield point_rows(X, (0, 1, 2))
@@ -43,20 +42,9 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
             yield np.hstack([normal, np.cross(X, normal)])
 
 
-def _part(case: Case, bed: Declared, mesh: Mesh) -> Loaded:
-    """The part of the surface that lies on a bed. Raises Fault where it has no area."""
-    found = loaded(case.shape, mesh, bed.thing.where)
-    if not found.empty:
-        if case.planar:
-            must_be_edge(case, bed, mesh.points[np.concatenate([found.whole, found.nodes[found.w > 0.0]])])
-        return found
-    raise fault("E302", bed.at("where"), f"`{bed.name}` selects no part of the surface of `{case.body.name}`",
-                "selects nothing", "the condition must hold on a part of the surface that has an area")  # fmt: skip
-
-
 def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
     """Integrals over each facet, of its whole or of the selected part."""
-    facets, xi, dA, normal = _points(_part(case, bed, mesh))
+    facets, xi, dA, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
     N = FACETS[facets.shape[1]].shape(xi)
     if case.depth:
         from softmark.solvers.energies.revolved import around

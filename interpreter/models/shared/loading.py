@@ -11,9 +11,10 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.pieces import pieces
+from softmark.interpreter.models.shared.surfaces import surface_of
 from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.mirrors import must_be_edge, must_not_load_plane, must_not_turn_half
-from softmark.interpreter.problem.parts.surface import Loaded, loaded
+from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_turn_half
+from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.vocabulary.loads import (
     AtPoint,
     Follower,
@@ -188,21 +189,10 @@ def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
 
 
 def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:
-    """The part of the surface that a load acts on. Raises Fault where it has no area."""
-    found = loaded(case.shape, mesh, where)
-    if found.empty:
-        raise fault(
-            "E302",
-            load.at("where"),
-            f"`{load.name}` selects no part of the surface of `{case.body.name}`",
-            "selects nothing",
-            "the condition must hold on a part of the surface that has an area",
-        )
-    facets = np.concatenate([found.whole, found.nodes[found.w > 0.0]])
-    if case.planar:
-        must_be_edge(case, load, mesh.points[facets])
+    """The same of a load, whose way of acting may not go with planes of symmetry. Raises Fault."""
+    found = surface_of(case, load, where, mesh)
     if isinstance(load.thing.action, PerArea | Tensile):  # of a pressure, the plane's support takes all
-        must_not_load_plane(case, load, mesh.points[facets], mesh.points)
+        must_not_load_plane(case, load, mesh.points[found.touched], mesh.points)
     if isinstance(load.thing.action, Turning):
         must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)
     return found

@@ -150,7 +150,7 @@ class Model:
             yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the support `{bed.name}`",
                              "springs on a surface", "`fem(...)` takes them")  # fmt: skip
         yield from self.turns(declared, case)
-        if any(material.branches for material in case.materials):
+        if case.remembers:
             from softmark.interpreter.models.shared import viscous
 
             yield from viscous.refusals(self, declared, case)

@@ -256,11 +256,9 @@ def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iter
     if problem.remembering is None:
         return
     from softmark.interpreter.models.shared.viscous import came_back
-    from softmark.solvers.energies.remembering import fall_of
 
-    lost = np.array(problem.remembering.losses)
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
-    yield from came_back(declared, fall_of(lost), float(np.abs(lost).max()), moved)
+    yield from came_back(declared, np.array(problem.remembering.losses), moved)
 
 
 def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:

@@ -14,6 +14,7 @@ from softmark.solvers.materials.viscous import Viscous
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.energies.energy import Floats
 
 TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
 TOGETHER = 1e-9  # beyond one in all, as rounding leaves it
@@ -112,8 +113,11 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
                          " step")  # fmt: skip
 
 
-def came_back(declared: Declared, fall: float, most: float, work: float) -> Iterator[Diagnostic]:
-    """A warning where of what is dissipated, J at `most`, some has come back; `work` is what bodies are moved by."""
+def came_back(declared: Declared, lost: Floats, work: float) -> Iterator[Diagnostic]:
+    """A warning where of what is dissipated up to each time (t,), J, some comes back; `work` is what moves bodies."""
+    from softmark.solvers.energies.remembering import fall_of
+
+    fall, most = fall_of(lost), float(abs(lost).max())
     if fall <= FALLS * most + ROUNDED * work:
         return
     yield diagnostic("W368", declared.at(), f"of the energy that `{declared.name}` has dissipated"

@@ -47,6 +47,11 @@ class Loaded:
         """Whether it has no area."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
+    @property
+    def touched(self) -> Ints:
+        """The facets (f, k) that it has an area on, one that it takes a part of as often as it has points there."""
+        return np.concatenate([self.whole, self.nodes[self.w > 0.0]])
+
     def spread(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
         """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not.
 

@@ -16,7 +16,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.elements.cells import Tetrahedron
 from softmark.solvers.mesh import groups
 from softmark.solvers.mesh.files import named
-from softmark.solvers.mesh.files.flaws import UnreadableMesh, at, checked, merged, twins, used
+from softmark.solvers.mesh.files.flaws import UnreadableMesh, at, checked, cut_apart, merged, twins, used
 from softmark.solvers.mesh.files.reading import KINDS, OTHERS, converted, parsed, placed
 from softmark.solvers.mesh.group import Group
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
@@ -126,12 +126,7 @@ def _whole(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincid
     now[number] = np.arange(len(number))
     pairs = twins(points, cells) if coincident != "keep" else np.zeros((0, 2), dtype=np.int64)
     if len(pairs) and coincident == "refuse":
-        a, b = (int(n) for n in number[pairs[0]])
-        raise UnreadableMesh(
-            f"it is cut apart: {len(pairs)} pairs of its {len(points)} nodes lie at the same place without being one, "
-            f"the first are nodes {a} and {b} at {at(points[pairs[0, 0]])}",
-            "E565", "`coincident = merge` joins them; `coincident = keep` leaves a slit that is meant",
-        )  # fmt: skip
+        raise cut_apart(points, pairs, number)
     if len(pairs):
         same = merged(points, np.arange(len(points))[:, None])[1][:, 0]
         points, cells = merged(points, cells)

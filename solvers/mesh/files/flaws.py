@@ -185,12 +185,16 @@ def merged(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
 def _uncut(mesh: Mesh, number: Ints) -> None:
     """Refuse a mesh that looks whole and falls apart along nodes that lie at one place."""
     pairs = twins(mesh.points, mesh.cells)
-    if not len(pairs):
-        return
+    if len(pairs):
+        raise cut_apart(mesh.points, pairs, number)
+
+
+def cut_apart(points: Floats, pairs: Ints, number: Ints) -> UnreadableMesh:
+    """That pairs (p, 2) of points lie at one place, which have each a `number` in the file."""
     a, b = (int(n) for n in number[pairs[0]])
-    raise UnreadableMesh(
-        f"it is cut apart: {len(pairs)} pairs of its {len(mesh.points)} nodes lie at the same place without being one, "
-        f"the first are nodes {a} and {b} at {at(mesh.points[pairs[0, 0]])}",
+    return UnreadableMesh(
+        f"it is cut apart: {len(pairs)} pairs of its {len(points)} nodes lie at the same place without being one, "
+        f"the first are nodes {a} and {b} at {at(points[pairs[0, 0]])}",
         "E565", "`coincident = merge` joins them; `coincident = keep` leaves a slit that is meant",
     )  # fmt: skip
 

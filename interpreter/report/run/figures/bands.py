@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from softmark.interpreter.report.page.markup import tag
 from softmark.records import dataclass
 
@@ -54,8 +52,3 @@ def _mark(x: float, y: float, beyond: int) -> str:
     if beyond:
         return f"M{x + 4.5 * beyond:.1f} {y:g}l{-7 * beyond} -4.5v9z"
     return f"M{x:.1f} {y - 4.5:g}l4.5 4.5l-4.5 4.5l-4.5 -4.5z"
-
-
-def band_of(value: float, ends: tuple[float, float], everyone: Sequence[float]) -> Band:
-    """Of one number in one state."""
-    return Band(value, ends, tuple(everyone))

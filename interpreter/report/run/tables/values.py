@@ -8,11 +8,10 @@ from typing import Any
 from softmark.interpreter.language.amounts import quantity, signed
 from softmark.interpreter.report.page.markup import listed, prose, tag, text
 from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.report.run.figures.bands import band_of
-from softmark.interpreter.report.run.findings import Findings, MetricColumn, worth
+from softmark.interpreter.report.run.figures.bands import Band
+from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, worth
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.tables.shared import row_head, table_section
-from softmark.interpreter.results.report import MetricResult
 from softmark.interpreter.results.states import percent
 from softmark.records import dataclass
 
@@ -59,7 +58,7 @@ class _Held:
         own = tag("td", text(self.off), class_="n")
         verdict = tag("td", "yes" if self.within else "no")
         said = f"{'inside' if self.within else 'outside'} {self.off}"
-        drawn = tag("td", band_of(self.given, self.ends, everyone).drawn(self.found, said))
+        drawn = tag("td", Band(self.given, self.ends, tuple(everyone)).drawn(self.found, said))
         return tag("tr", row_head(self.metric), who, *amounts, own, tag("td", apart, share, class_="n"), verdict, drawn)
 
     @property
@@ -110,10 +109,9 @@ def section_of(findings: Findings) -> str:
 def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
     """Everyone's, in every state."""
     for name, result in findings.everyone.items():
-        each: list[tuple[str, Mapping[str, MetricResult]]] = [("", result.metrics)]
-        for i, value in enumerate(result.states):
-            each = [*(each if i else ()), (percent(value), result.each[i].metrics)]
-        for state, metrics in each:
+        in_each: Sequence[Result] = result.each
+        each = [(percent(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
+        for state, metrics in each or [("", result.metrics)]:
             found = metrics.get(metric.name)
             if found is not None and (told := _told(found.details)) is not None:
                 yield _Held(metric.name, name, state, *told[:5], kind_of(findings, metric.name), told[5])
