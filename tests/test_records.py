@@ -85,13 +85,6 @@ def test_nothing_is_compiled_before_the_first_object_is_made() -> None:
     assert inspect.isfunction(vars(Late)["__init__"])
 
 
-def test_nothing_is_compiled_for_a_class_of_a_class() -> None:
-    for method in ("__setattr__", "__delattr__"):
-        assert vars(Triple)[method].__code__.co_filename == dataclass.__code__.co_filename
-    assert Pair.__dataclass_params__.frozen  # type: ignore[attr-defined]
-    assert Triple.__dataclass_params__.frozen  # type: ignore[attr-defined]
-
-
 def test_it_reads_as_the_standard_library_s() -> None:
     ours, theirs = Point(1.0, names=["a"], shift=4.0), Standard(1.0, names=["a"], shift=4.0)
     assert repr(ours) == repr(theirs).replace("Standard", "Point")

@@ -36,37 +36,18 @@ def _frozen(cls: type[Any]) -> type[Any]:
     """The class as a frozen dataclass. Raises TypeError as the standard library does."""
     if _OWN & vars(cls).keys() or not cls.__doc__:
         return dataclasses.dataclass(frozen=True)(cls)
-    mixed = _described(cls)
+    derived = any(hasattr(base, "__dataclass_params__") for base in cls.__mro__[1:])
+    # of a frozen class the standard library takes only a frozen one
+    dataclasses.dataclass(init=False, repr=False, eq=False, frozen=derived)(cls)
     told: Any = cls
     told.__init__ = _Init(cls)
     told.__repr__ = _repr(cls)
     told.__eq__, told.__hash__ = _comparing(cls)
-    if not mixed:
+    if not derived:
         told.__setattr__, told.__delattr__ = _fixed(cls)
     known = told.__dataclass_params__
     known.init = known.repr = known.eq = known.frozen = True
     return cls
-
-
-def _described(cls: type[Any]) -> bool:
-    """The fields of a class, by the standard library; whether one that is not frozen is among its bases.
-
-    Of frozen classes it takes only frozen ones, and compiles two methods for each: unless it has to judge a mixture,
-    the bases do not say meanwhile that they are.
-    """
-    bases: list[Any] = [base for base in cls.__mro__[1:] if hasattr(base, "__dataclass_params__")]
-    above = [base.__dataclass_params__ for base in bases]
-    if not all(known.frozen for known in above):
-        dataclasses.dataclass(init=False, repr=False, eq=False, frozen=True)(cls)
-        return True
-    for known in above:
-        known.frozen = False
-    try:
-        dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
-    finally:
-        for known in above:
-            known.frozen = True
-    return False
 
 
 class _Init:
