@@ -10,6 +10,9 @@
     frame_theory       a network of beams under small loads, by the stiffness method
     graded_bar         a bar whose constants vary along it, pulled along its axis
     prony              a bar whose stress relaxes, moved or pulled by any course
+    terzaghi           a porous column that is pressed a little and cannot widen; `modes` sums what diffuses
+    mandel, unconfined  a porous slab or disc between plates, open at its sides: `between_plates` solves both
+    confined           a porous column that is pressed far, by collocation; `skeletons` has the laws
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
     inflation          a ball of rubber that is blown up; `rubber` has the laws of both
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
@@ -37,6 +40,7 @@ Importing this package imports neither numpy nor scipy: naming a reference costs
 
 from __future__ import annotations
 
+from softmark.references.confined import Confined
 from softmark.references.consensus import Consensus, ConsensusCurve
 from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveInTable
@@ -46,6 +50,7 @@ from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
 from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
+from softmark.references.mandel import Mandel
 from softmark.references.markers import TrackedPoints
 from softmark.references.prony import Prony
 from softmark.references.rucker_webster import RuckerWebster
@@ -53,7 +58,9 @@ from softmark.references.self_converged import SelfConverged
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.surface import SurfaceScan
+from softmark.references.terzaghi import Terzaghi
 from softmark.references.torsion import Torsion
+from softmark.references.unconfined import Unconfined
 from softmark.references.values import Values
 from softmark.references.virtual_scan import VirtualScan
 
@@ -69,6 +76,10 @@ REFERENCES: dict[str, type] = {
     "frame_theory": FrameTheory,
     "graded_bar": GradedBar,
     "prony": Prony,
+    "terzaghi": Terzaghi,
+    "mandel": Mandel,
+    "unconfined": Unconfined,
+    "confined": Confined,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

@@ -116,16 +116,22 @@ class FrameMember:
         return found
 
     @cached_property
+    def resists(self) -> Array:
+        """Forces and moments on both its nodes in space for what its end does (12, 6)."""
+        found: Array = self.both.T @ np.linalg.inv(self.flexibility)
+        return found
+
+    @cached_property
     def matrix(self) -> Array:
         """Its stiffness over both its nodes in space (12, 12)."""
-        found: Array = self.both.T @ np.linalg.inv(self.flexibility) @ self.both
+        found: Array = self.resists @ self.both
         return found
 
     @cached_property
     def pushes(self) -> Array:
         """What its load is there (12,)."""
         begin = np.concatenate([self.turned.T @ self.carried, np.zeros(6)])
-        found: Array = self.both.T @ np.linalg.inv(self.flexibility) @ self.sag + begin
+        found: Array = self.resists @ self.sag + begin
         return found
 
     def turns(self, first: Array, force: Array) -> Array:

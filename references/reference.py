@@ -9,15 +9,17 @@ Kind = Literal["theory", "measurement", "consensus", "one_code", "digitised", "p
 KINDS: dict[How, Kind] = {
     "solved": "theory", "measured": "measurement", "refined": "own_models", "scanned": "virtual_scan",
 }  # fmt: skip
-About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere", "hole", "relaxing", "frame"]
+About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere", "hole", "relaxing", "frame",
+                "column", "pressed_column", "slab", "disc"]  # fmt: skip
 
 
 class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore or what makes a Frame what that does. `measured`:
-    `load()` gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
+    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a PressedColumn, a Squeezed or what
+    makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a
+    KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

@@ -52,15 +52,18 @@ OWNERS = {
 BROAD = {
     "silicone-beam-as-published", "silicone-beam-refined", "silicone-beam-scanned", "silicone-beam-calibrated",
     "silicone-beam-trade", "silicone-beam-release", "pressure-vessels", "coated-rod", "beam-at-the-extremes",
-    "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel",
+    "truth-cube", "cantilevers", "cooks-membrane", "elliptic-membrane", "thick-ring", "force-and-travel", "thick-plate",
     "swinging-beam", "silicone-beam-filled", "ecoflex-pulled", "coated-sphere", "torsion", "end-moments", "actuator",
     "inclusion", "organ", "press", "bonded-disc", "pressure-sphere", "bend-45", "tendon-finger", "graded-bar",
     "tapered-shafts", "triangular-bar", "carved-bodies", "graded-wall", "given-back", "line-of-force",
     "rubber-vessels", "spherical-inclusion", "plate-with-a-hole", "rigid-frames", "ringing-cylinder",
-    "heart-beam", "ventricle-inflated", "ventricle-contracting", "relaxing-bars", "relaxing-rubber", "zener-bar",
+    "heart-beam", "ventricle-inflated", "ventricle-contracting", "muscle-strip", "relaxing-bars", "relaxing-rubber",
+    "zener-bar",
     "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections", "one-point",
-    "elastic-foundation",
+    "elastic-foundation", "creeping-cantilevers",
     "ring-of-a-file",
+    "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
+    "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB

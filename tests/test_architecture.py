@@ -244,6 +244,7 @@ READ = {
     "silicone-beam-filled",
     "named-parts",
     "ring-of-a-file",
+    "thick-plate",
 }  # of a surface or a mesh, which is looked at
 CHECKED = """
 import contextlib, io, os, sys

@@ -30,8 +30,7 @@ def test_scene_meets_its_expectations(file: Path, report_of: Callable[[Path], so
     report.dumps()  # every number is finite
 
 
-# what single precision, or a tolerance of 1e-8 at Poisson's ratio 0.4999, leaves of their forces is more
-ROUNDED = {"single", "free_nu4999"}
+ROUNDED = {"single"}  # what single precision leaves of their forces is more
 
 
 @pytest.mark.parametrize("file", EXPERIMENTS, ids=lambda f: f.stem)

@@ -32,10 +32,20 @@ class Kept:
     said: dict[str, str]
 
     @property
+    def directed(self) -> bool:
+        """Whether it has fibres."""
+        return "fibres =" in self.text
+
+    @property
     def stretches(self) -> tuple[float, float] | None:
         """The range it is valid in, by stretches of a pull."""
         found = STRETCHES.search(self.said.get("Valid", ""))
         return None if found is None else (float(found[1]), float(found[2]))
+
+    @property
+    def range_words(self) -> str:
+        """The same in words."""
+        return " to ".join(f"{s:g}" for s in self.stretches or ()) or "not given"
 
 
 def materials() -> dict[str, Kept]:
@@ -77,7 +87,10 @@ def _read(comment: list[str]) -> tuple[str, dict[str, str]]:
 
 
 def curve(own: Kept) -> list[tuple[float, float]]:
-    """Stretches of a pull in the range that it is valid in, and the nominal stress of each, Pa: one material point."""
+    """Stretches of a pull in the range that it is valid in, and the nominal stress of each, Pa.
+
+    Of one material point; of what has fibres, which that does not know, of one cell, along x.
+    """
     import softmark
 
     if own.stretches is None:
@@ -85,18 +98,22 @@ def curve(own: Kept) -> list[tuple[float, float]]:
     low, high = own.stretches
     steps = [low + (high - low) * i / (POINTS - 1) for i in range(POINTS)]
     shares = ", ".join(f"{100.0 * (l - 1.0):.12g}" for l in steps)
+    model = "fem(hex20, strain = finite, formulation = mixed, size = 3 cm)" if own.directed else "homogeneous(uniaxial)"
     scene = softmark.loads(f"""softmark 1
 use "{own.file}" as kept
 body     bar   = solid(box(size = (1, 1, 1) cm), kept.{own.name})
 support  still = fixed(bar, where = x <= 0 cm, components = x)
 support  grip  = displaced(bar, where = x >= 1 cm, by = (1, 0, 0) cm, components = x, course = state)
 analysis pull  = static(states = [{shares}] %)
-model    dot   = homogeneous(uniaxial)
+support  front = fixed(bar, where = y <= 0 cm, components = y)
+support  under = fixed(bar, where = z <= 0 cm, components = z)
+model    dot   = {model}
 probe    amid  = point(bar, at = (5, 5, 5) mm)
 metric   sigma = stress(amid, component = xx, measure = nominal)
 """)
-    values = scene.run().models["dot"].metrics["sigma"].states
-    return [(l, float(v)) for l, v in zip(steps, values, strict=True) if v is not None]
+    found = scene.run().models["dot"].metrics.get("sigma")
+    values = () if found is None else found.states
+    return [(l, float(v)) for l, v in zip(steps, values, strict=False) if v is not None]
 
 
 def page(name: str) -> str | None:

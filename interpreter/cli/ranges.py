@@ -20,8 +20,11 @@ Json = dict[str, Any]
 FILE = "ranges.json"
 
 
-def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Json:
-    """What a `softmark-stress/1` says of where its models are right; `constructors`: of each model by its name."""
+def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], seconds: float) -> Json:
+    """What a `softmark-stress/1` says of where its models are right; `constructors`: of each model by its name.
+
+    Each point had so many `seconds`, s of CPU.
+    """
     from softmark.interpreter.study.stability.record import Stress
 
     found = Stress.from_json(stress)
@@ -33,7 +36,7 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str]) -> Jso
     ]  # fmt: skip
     return {
         "scene": Path(found.scene["file"]).stem, "title": found.scene["title"], "within": study.within,
-        "softmark": found.environment.get("softmark"), "points": found.summary.points,
+        "softmark": found.environment.get("softmark"), "points": found.summary.points, "seconds": seconds,
         "silent": found.summary.silent, "models": models,
     }  # fmt: skip
 
@@ -60,8 +63,8 @@ def lines(constructor: str) -> list[str]:
     head = [
         f"Measured range: `{measured['title']}`, all else as that scene has it; right means within "
         f"{100 * measured['within']:g} % of its reference.",
-        f"From {measured['points']} points by `dsl stress {measured['scene']}`, softmark {measured['softmark']}; "
-        "an end of which nothing is said is as far as it was walked:",
+        f"From {measured['points']} points by `dsl stress {measured['scene']} --timeout {measured['seconds']:g}`, "
+        f"softmark {measured['softmark']}; an end of which nothing is said is as far as it was walked:",
     ]
     return head + [line for model in own for line in _lines(model)]
 

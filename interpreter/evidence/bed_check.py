@@ -6,12 +6,15 @@ how far the point has moved, and its force is put on the nodes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softmark.interpreter.evidence.load_check import MOST_UNSURE, sampled, selected
 from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.vocabulary.supports import Level
 from softmark.solvers.checks import solids
 from softmark.solvers.checks.solids import Floats, Ints
 
@@ -33,6 +36,8 @@ def of_beds(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], floa
 
 
 def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+    if isinstance(bed.thing, Level):
+        return _of_plate(bed, case, mesh, u), 0.0
     total, unsure = np.zeros_like(u), 0.0
     for whole, parts, (open_facets, left) in selected(bed.thing.where, case, mesh.mesh):
         for facets, xi, w in (*sampled(whole), parts):
@@ -42,9 +47,36 @@ def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, 
     return total, unsure
 
 
+def _of_plate(bed: Declared, case: Case, mesh: Moved, u: Floats) -> Floats:
+    """Of springs between each point of a face and the mean of all: first the mean, then what pulls at each."""
+    from softmark.interpreter.models.shared.bedding import plate_stiffness
+
+    pieces = [p for whole, parts, _ in selected(bed.thing.where, case, mesh.mesh) for p in (*sampled(whole), parts)]
+
+    def total(value: Callable[[Floats, Floats], Floats]) -> Floats:
+        """Forces of all points, by how far they have moved (p, 3) and their areas (p, 3)."""
+        found = np.zeros_like(u)
+        for facets, xi, w in pieces:
+            found += solids.part_forces(mesh.points, facets, xi, w, partial(value, _moved(facets, xi, u)), case.depth)
+        return found
+
+    whole = total(lambda moved, dA: dA).sum(axis=0)
+    area = float(np.linalg.norm(whole))
+    n = whole / area
+    mean = float(total(lambda moved, dA: (moved @ n)[:, None] * dA).sum(axis=0) @ n) / area
+    stiff = plate_stiffness(case, mesh.mesh, area)
+    return total(lambda moved, dA: -stiff * ((moved @ n) - mean)[:, None] * dA)
+
+
+def _moved(facets: Ints, xi: Floats, u: Floats) -> Floats:
+    """How far points at local places xi (p, 2) of facets (p, k) have moved (p, 3), m."""
+    found: Floats = (solids.shape(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
+    return found
+
+
 def _pulled(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
     """Forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
-    moved = (solids.shape(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
+    moved = _moved(facets, xi, u)
 
     def push(dA: Floats) -> Floats:
         size = np.linalg.norm(dA, axis=1, keepdims=True)

@@ -36,6 +36,7 @@ DOUBTS: dict[str, str] = {
     "W382": "it is flat, between a beam and a plate",
     "W377": "there are few steps to a swing of its loads",
     "W378": "steps do not show all of a course",
+    "W389": "its fibres have no direction somewhere",
 }
 
 

@@ -178,7 +178,7 @@ class Stated(Answer):
         analysis: Any = self.case.analysis
         self.budget.must_hold(1.0 / times)
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
-        solution, _ = self.solved("step", self.declared, case)
+        solution, _ = self.solved(f"step {times:g}", self.declared, case)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
             raise Unknown(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")

@@ -15,10 +15,11 @@ from softmark.interpreter.language.profiles import Streams
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.fibres import Helix
-from softmark.solvers.checks import fibres
-from softmark.solvers.checks.pressures import Pressed
+from softmark.solvers.checks import fibres, laws
+from softmark.solvers.checks.pressures import Pressed, Split, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, Stress, StressTerm
 from softmark.solvers.checks.varying import VaryingPressed
+from softmark.solvers.materials.active_strain import ActiveStrain
 
 HALVINGS = 60
 
@@ -85,6 +86,8 @@ TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
 
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
     """Some cells of one material, deformed. Raises Unchecked."""
+    if isinstance(case.material, ActiveStrain):
+        return _short(case, points, cells, kind, u)
     material = _known(case)
     axes, K = axes_of(material), float(material.bulk or 0.0)
     stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
@@ -95,6 +98,8 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Che
 
 def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
     """The same with pressures. Raises Unchecked."""
+    if isinstance(case.material, ActiveStrain):
+        return _short_pressed(case, points, cells, kind, u, pressures)
     material = _known(case)
     axes, mu = axes_of(material), material.shear_modulus
     anywhere = fibres.split_of(material, np.eye(3)[None])
@@ -104,9 +109,48 @@ def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pre
     )  # fmt: skip
 
 
+def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
+    """Cells of muscle that is shortened: the stress of its law, carried back. Raises Unchecked."""
+    muscle: Any = case.material
+    law = muscle.law
+
+    def at(X: Floats) -> Stress:
+        within = fibres.stress_of(law, axes_of(law)(X), float(law.bulk or 0.0)) if fibres.known(law) else _stress(law)
+        return fibres.shortened(within, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+
+    stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
+    return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, at)
+
+
+def _short_pressed(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
+    """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
+    muscle: Any = case.material
+    law = muscle.law
+    plain = None if fibres.known(law) else split_of(law, "finite", law.young, law.poisson)
+    if plain is None and not fibres.known(law):
+        raise Unchecked(f"there is no other formula for a {type(law).__name__} with pressures")
+
+    def apart(X: Floats) -> Split:
+        split = fibres.split_of(law, axes_of(law)(X)) if plain is None else plain
+        shape = fibres.shortened(split.shape, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        return replace(split, shape=shape)
+
+    some = plain or fibres.split_of(law, np.eye(3)[None])
+    return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, apart=apart)
+
+
+def _stress(law: Any) -> Stress:
+    """That of a law without fibres; of one that is not written out a second time, as it is."""
+    if laws.known(law):
+        stress: Stress = laws.Written(law).terms(False)[0]
+        return stress
+    found: Stress = law.finite_law().P
+    return found
+
+
 def passive(case: Case) -> Case:
     """The case of cells of one material that does not pull."""
-    return replace(case, other_material=case.material.passive) if hasattr(case.material, "passive") else case
+    return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
 
 
 def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
@@ -114,13 +158,14 @@ def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
     found = np.zeros_like(mesh.points)
     for own, which in alone(case, mesh):
         muscle = own.material
-        if hasattr(muscle, "passive"):
+        if getattr(muscle, "pulls", False):
             cells, at = mesh.cells[which], _pulling(muscle)
-            body = fibres.DirectedBody(mesh.points, cells, mesh.kind, u, TERM, muscle.tension, False, case.depth, at)
+            most = float(abs(values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
+            body = fibres.DirectedBody(mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, at)
             found -= body.forces(cells)[0]
     return found
 
 
 def _pulling(muscle: Any) -> Callable[[Floats], Stress]:
     """The stress of its tension at points."""
-    return lambda X: fibres.pull_of(muscle.tension, vectors(muscle.fibres, X)[0])
+    return lambda X: fibres.pull_of(values(muscle.tension, X), vectors(muscle.fibres, X)[0])

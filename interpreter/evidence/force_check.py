@@ -34,11 +34,24 @@ from softmark.solvers.checks.solids import CheckedBody
 from softmark.solvers.elements import CELLS
 
 AGREES = 2.0  # times what the solver claims
+SAYS = 0.01  # of the loads: more than that a state that converged leaves only where it has none
+ACTS = 1e-6  # of what acts: where rounding is less, something does
 SEEN = 0.005  # of a value: differences that three digits show
 
 
 def watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
-    """A solution with `checks` among its facts; one that does not stand up to them is `failed`."""
+    """A solution with `checks` among its facts; one that does not stand up to them is `failed`.
+
+    Of one that is no answer it is said where its law ends, if it does.
+    """
+    found = _watched(scene, declared, case, prepared, solution)
+    ends = dict.fromkeys(end for m in case.materials if (end := getattr(m, "ends", None)) is not None)
+    if found.status == "converged" or not ends:
+        return found
+    return replace(found, message=f"{found.message}; {'; '.join(ends)}")
+
+
+def _watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
     facts = clean(solution.facts)
     solution = replace(solution, facts=facts)
     if solution.displacement is None:
@@ -133,6 +146,9 @@ def _checked(
     if not math.isfinite(result.residual):
         return found, "the forces of its solution are not finite numbers"
     # what meets the tolerance is what was asked for, however much better the solver thought it was
+    whole = solution.status == "converged" and declared.thing.reduces is None  # a reduced model leaves what it leaves
+    if whole and claimed is not None and result.rounding < ACTS:
+        claimed = min(claimed, SAYS)
     allowed = max(AGREES * (claimed or 0.0), case.analysis.tolerance) + LEFT * result.rounding
     if claimed is None or result.residual <= allowed:
         return _held(voucher, looked, found)

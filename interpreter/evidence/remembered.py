@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
@@ -10,9 +11,10 @@ import numpy as np
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
-from softmark.solvers.checks import solids
-from softmark.solvers.checks.hereditary import Course, RememberingBody, RememberingPressed
+from softmark.solvers.checks import hereditary, solids
+from softmark.solvers.checks.hereditary import Course, Measure, RememberingBody, RememberingPressed
 from softmark.solvers.checks.pressures import Pressed, isochoric
+from softmark.solvers.checks.solids import Floats
 
 MOST = 2e9  # numbers that a past may be looked through
 
@@ -26,15 +28,23 @@ def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Course:
     if len(past.times) * points * 9.0 > MOST:
         raise Unchecked(f"its past of {len(past.times)} steps is too long to look through")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
-    return Course(past.times, past.states, _part(material, strain), g, tau, strain == "small", case.depth)
+    return Course(past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth)
+
+
+def _measure(material: Any, strain: str) -> Measure:
+    """The measure of strain that its stress works with."""
+    if strain == "finite":
+        return "green" if material.of == "whole" else "shape"
+    return "small" if strain == "small" else "turned"
 
 
 def _part(material: Any, strain: str) -> solids.Stress:
     """The stress that relaxes: by formulas of the checks where they have one, else by the law of the material."""
     E, nu = material.young, material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), 0.0 if nu == 0.5 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    if strain == "small":
-        return solids.small_stress(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
+    if strain != "finite":
+        hooke = solids.small_stress if strain == "small" else solids.corotational_stress
+        return hooke(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
     own = None if material.of == "whole" else isochoric(material.law, mu)
     if own is not None:
         return own
@@ -48,3 +58,30 @@ def remembering(made: Any, course: Course) -> Any:
     cls = RememberingPressed if isinstance(made, Pressed) else RememberingBody
     known = {f.name: getattr(made, f.name) for f in fields(made)}
     return cls(**known, course=course)
+
+
+# ------------------------------------------------------------------ beams
+
+
+def gone_of(material: Any, displacement: Any, strains: Callable[[Any], Floats]) -> Floats:
+    """Of the `strains` (e, 6) of a beam, which they say of displacements, what carries nothing any more (e, 6).
+
+    Raises Unchecked.
+    """
+    times, past = getattr(displacement, "times", None), getattr(displacement, "past", None)
+    if times is None or past is None:
+        raise Unchecked("how it came there is not known")
+    steps = [strains(moved) for moved in past]
+    if len(steps) * steps[0].size > MOST:
+        raise Unchecked(f"its past of {len(times)} steps is too long to look through")
+    shares, late = (np.array(column) for column in zip(*material.branches, strict=True))
+    stretched = sheared = (shares, late)
+    if material.of == "shape" and material.poisson < 0.5:
+        stretched = hereditary.of_young(shares, late, material.poisson)
+    found = np.zeros_like(steps[0])
+    for modes, (g, tau) in (([0, 4, 5], stretched), ([1, 2, 3], sheared)):
+        left, before = 0.0, np.zeros_like(steps[0])
+        for weight, now in zip(hereditary.weights(times, g, tau), steps, strict=True):
+            left, before = left + weight * (now - before), now
+        found[:, modes] = (float(g.sum()) * steps[-1] - left)[:, modes]
+    return found

@@ -34,11 +34,20 @@ def part(result: ModelResult, case: Case, mesh: Moved | None, cells: int, seen: 
     # differences of coordinates along a cell, of which strain is a part
     strain = float(checks.get("largest_strain") or 0.0)
     strain = strain or float(np.abs(seen.u).max(initial=0.0)) / _extent(case, mesh, seen)
+    strain = max(strain, _pulled(case, mesh))
     lost = EPS * far / (cell * strain) if strain > 0.0 else math.inf
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
         raise Unknown("its strain is so small beside its coordinates that rounding may take all of it")
     return found * seen.acting
+
+
+def _pulled(case: Case, mesh: Moved | None) -> float:
+    """What muscle would strain a body that nothing holds, however little it moves; 0 of a body without any."""
+    if not any(hasattr(material, "passive") for material in case.materials):
+        return 0.0
+    known = [m for m in typical(case, None if mesh is None else mesh.mesh) if hasattr(m, "passive")]
+    return max(float(abs(m.much)) / (3.0 * m.shear_modulus if m.pulls else 1.0) for m in known)
 
 
 def _points(case: Case, mesh: Moved | None, seen: ProbeAnswer) -> Floats:

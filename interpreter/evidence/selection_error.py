@@ -56,15 +56,19 @@ def _beds(case: Case, prepared: Prepared) -> dict[str, float]:
     """What share of the area that each bed selects is on it, by name, as far as its shape knows of areas."""
     if prepared.mesh is None or not case.beds:
         return {}
+    from softmark.interpreter.problem.parts.outline import edged
     from softmark.interpreter.problem.parts.surface import loaded
     from softmark.interpreter.problem.parts.true import selected
 
     found = {}
     for bed in case.beds:
-        on_mesh, exact = loaded(case.shape, prepared.mesh, bed.thing.where), None
-        if not case.planar:
-            exact = selected(case.shape, bed.thing.where)
-        found[bed.name] = on_mesh.area / exact[0] if exact else 1.0
+        where = bed.thing.where
+        if case.planar:
+            exact = edged(case.shape, where, case.depth)
+        else:
+            known = selected(case.shape, where)
+            exact = None if known is None else known[0]
+        found[bed.name] = loaded(case.shape, prepared.mesh, where).area_of(case.depth) / exact if exact else 1.0
     return found
 
 

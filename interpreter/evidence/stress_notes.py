@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -18,6 +20,10 @@ from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+
+MIXED = 0.05  # of a cell: that much of another material is no matter of how sides are bent
 APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
 
 
@@ -73,6 +79,30 @@ def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnosti
         )  # fmt: skip
 
 
+def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
+    """Of points in cells that a border of parts passes through, or beside these, which agree and are wrong together."""
+    from softmark.interpreter.models.shared.regions import owners
+    from softmark.solvers.mesh.interpolation import locate
+
+    own = owners(view.case, mesh)
+    mixed = np.take_along_axis(own.shares, own.cells[None], axis=0)[0] < 1.0 - MIXED
+    if not mixed.any():
+        return
+    touched = np.zeros(len(mesh.points), dtype=np.bool_)
+    touched[mesh.cells[mixed]] = True
+    there = locate(mesh, view.probes[metric.thing.probe].points).nodes
+    if many := int(touched[there].any(axis=1).sum()):
+        yield diagnostic(
+            "W357",
+            metric.at("probe"),
+            f"{many} of {len(there)} points that `{metric.name}` looks at in `{view.name}` lie in or beside cells of"
+            " two materials",
+            "stress jumps somewhere within",
+            "cells are of one material each, and theirs is crude there: use a mesh with nodes along the border, or look"
+            " two cells or more away",
+        )
+
+
 def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
     if view.message is not None or metric.thing.over == "mean" or metric.thing.probe not in view.probes:
         return
@@ -97,7 +127,9 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
         details = measured_by(alone, seen_of(alone, view, {})).details
     except Undefined:
         return
-    if many := details["where_materials_meet"]:
+    crossed = tuple(_beside_parts(metric, view, prepared.mesh)) if view.case.parts and prepared.mesh is not None else ()
+    yield from crossed
+    if not crossed and (many := details["where_materials_meet"]):
         yield diagnostic(
             "W345",
             metric.at("probe"),

@@ -25,7 +25,7 @@ from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, case_of, reach
-from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault
+from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault, start_fault
 from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
@@ -112,6 +112,9 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             fault = plane_fault(support, body.name, body.thing.shape.bounds)
             if fault is not None:
                 yield fault
+            for analysis in scene.of_kind("analysis").values():
+                if (fault := start_fault(support, analysis)) is not None:
+                    yield fault
             for load in scene.acting("load", body.name):
                 if (fault := pull_fault(support, load)) is not None:
                     yield fault
@@ -128,14 +131,19 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         body = scene.declared[declared.thing.body]
         if body.thing.shape.fault:
             continue
-        outside = {field: point for field, point in reversed(points) if not body.thing.shape.contains(point)}
-        for field, point in reversed(outside.items()):
+        shape = body.thing.shape
+        outside = {field: point for field, point in reversed(points) if not shape.contains(point)}
+        bare: str | None = ""
+        if outside and all(map(shape.hollow_at, outside.values())):
+            from softmark.interpreter.front.sections import refusal
+
+            bare = refusal(scene, declared)
+        for field, point in reversed(outside.items()) if bare is not None else ():
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.show_all(point, units.LENGTH)
-            shape = body.thing.shape
             spans = reach(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
-            remedy = f"the body spans {spans}"
+            remedy = bare or f"the body spans {spans}"
             yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
 
 
@@ -209,7 +217,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _driven(case: Case) -> bool:
-    moved = any(support.thing.moves for support in case.supports)
+    moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
@@ -299,6 +307,15 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield diagnostic("E505", metric.at("against"),
                              f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
                              "different bodies", "use a probe and a reference of the same body")  # fmt: skip
+
+
+def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Fluid where there is none: nothing is imported for scenes without any."""
+    words = ("drained", "pore_pressure", "outflow")
+    if any(d.constructor.name in words for kind in ("support", "metric") for d in scene.of_kind(kind).values()):
+        from softmark.interpreter.front import fluid
+
+        yield from fluid.metrics(scene)
 
 
 def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -435,7 +452,7 @@ Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
-    _comparisons, _curves, _courses, _published, _expectations, _use,
+    _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
 )  # fmt: skip
 
 

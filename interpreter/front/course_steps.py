@@ -1,4 +1,4 @@
-"""Whether the time step of a scene shows the courses of its loads and supports; both are in the text.
+"""Whether the time step of a scene shows the courses of its loads, muscles and supports; all are in the text.
 
 Loads enter as their exact means over each step, so that a short pulse has the right impulse; what swings faster than
 steps follow is seen as something slower. Supports are held where they are at the ends of steps, and what they do
@@ -15,6 +15,8 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.language.states import acting
+from softmark.interpreter.problem.case import porous
 from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, Table, in_full, off_the_steps
@@ -37,7 +39,7 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
         yield from _remembered(scene, analysis)
     if not isinstance(analysis, Dynamic):
         return
-    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
+    for declared in acting(scene):
         course = declared.thing.course
         if course is None:
             continue
@@ -58,8 +60,9 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
 
 def _remembered(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
     """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
-    remembers = any(getattr(m.thing, "branches", ()) for m in scene.of_kind("material").values())
-    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
+    materials = [m.thing for m in scene.of_kind("material").values()]
+    remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
+    for declared in acting(scene):
         course = in_full(declared.thing).course
         if isinstance(course, Sine) and remembers:
             yield from _swinging(declared, course, analysis.step)
@@ -81,7 +84,7 @@ def _late(declared: Declared, start: float, end: float) -> Diagnostic:
 
 def shows(case: Case, step: float) -> bool:
     """Whether steps of this length show every swing of a case's loads and supports."""
-    things = [d.thing for d in (*case.loads, *case.supports)]
+    things = [d.thing for d in (*case.loads, *case.muscles, *case.supports)]
     swings = [t.course for t in things if isinstance(t.course, Sine)]
     tables = [t.course for t in things if isinstance(t.course, Table)]
     end = case.analysis.duration if isinstance(case.analysis, Dynamic) else 0.0

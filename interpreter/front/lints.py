@@ -14,9 +14,11 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
+from softmark.interpreter.language.states import acting
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.plan.plan import asked_of
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.courses import State
 from softmark.interpreter.vocabulary.loads import PerMass
 from softmark.interpreter.vocabulary.supports import Bedded, Symmetric
 
@@ -133,8 +135,8 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
     """A state of rest knows no time."""
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
-    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
-        if declared.thing.course is not None:
+    for declared in acting(scene):
+        if declared.thing.course is not None and not isinstance(declared.thing.course, State):
             yield diagnostic("W317", declared.at("course"),
                              f"the course of `{declared.name}` plays no part in a static analysis",
                              "a state of rest has no time",

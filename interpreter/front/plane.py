@@ -18,6 +18,8 @@ from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.metric import OfMetric
+from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
@@ -234,8 +236,10 @@ def _unknown(metric: Declared, scene: Scene) -> str:
     thing = metric.thing
     if isinstance(thing, Force):
         return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
-    if isinstance(thing, StrainEnergy):
+    if isinstance(thing, StrainEnergy | PorePressure | Outflow):
         return ""
+    if isinstance(thing, OfMetric):  # known as far as what it is of
+        return _unknown(scene.declared[thing.of], scene)
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
@@ -251,7 +255,8 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
         if planar == "axisymmetric" and (why := _unknown(metric, scene)):
             yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
                              "not with axial symmetry", "known are displacements and their errors, stress, strain and "
-                             "stretch, at points and along lines, strain_energy, and force along y")  # fmt: skip
+                             "stretch, at points and along lines, strain_energy, force along y, and of fluid"
+                             " pore_pressure and outflow")  # fmt: skip
             continue
         if planar and isinstance(metric.thing, Frequency):
             yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a plane body, of which frequencies are not "

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.language.states import in_state, states_of
+from softmark.interpreter.language.states import acting, in_state, states_of
 from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.results.states import Moment, percent
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.courses import State
+from softmark.interpreter.vocabulary.courses import Sine, State, Table
 from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
 from softmark.references.measured import Unreadable
 from softmark.references.values import GivenValues
 
+SHORTEST = 0.5  # of their length: what `active_strain` takes
 MOST = 1000  # states of one analysis
 STEPS = 100_000  # of one quasistatic analysis
 BEYOND = 1e-9  # of its duration: what is as near to its end is at its end
@@ -35,7 +38,7 @@ def widest(scene: Scene) -> Scene:
     if states:
         sizes = [_driven_by(scene, state) for state in states]
         return in_state(scene, sizes.index(max(sizes)))
-    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene)}
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene) if d.kind != "material"}
     return replace(scene, declared={**scene.declared, **full}) if full else scene
 
 
@@ -43,7 +46,7 @@ def _driven_by(scene: Scene, state: float) -> float:
     """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
     if not isinstance(state, Moment):
         return abs(state)
-    moved = (d.thing.course for d in _acting(scene))
+    moved = (d.thing.course for d in acting(scene))
     courses = (c for c in moved if c is not None and not isinstance(c, State))
     try:
         return max((abs(c.at(state)) for c in courses), default=1.0)
@@ -56,20 +59,16 @@ def _timed(scene: Scene) -> bool:
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
-def _acting(scene: Scene) -> list[Declared]:
-    """Its loads and supports."""
-    return [d for kind in ("load", "support") for d in scene.of_kind(kind).values()]
-
-
 def _driven(scene: Scene) -> list[Declared]:
     """Those with the course of a state."""
-    return [d for d in _acting(scene) if isinstance(d.thing.course, State)]
+    return [d for d in acting(scene) if isinstance(d.thing.course, State)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
     states = states_of(scene)
     yield from _number(scene, states)
+    yield from _muscles(scene, states)
     yield from _loops(scene, states)
     driven = _driven(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
@@ -89,6 +88,41 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
         if not driven and not tables and not _timed(scene):
             yield _alike(scene)
+
+
+def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Of tensions whose course turns them around: they push then. Of fibres that it makes shorter than they may be."""
+    for muscle in scene.of_kind("material").values():
+        course = getattr(muscle.thing, "course", None)
+        if course is None:
+            continue
+        least, most = _reached(scene, course, states)
+        if muscle.thing.pulls:
+            if least < 0.0:
+                yield diagnostic("W398", muscle.at("course"), f"`{muscle.name}` pushes in a part of its course",
+                                 f"down to {100.0 * least:.3g} % of its tension", "muscle pulls, or does nothing: use a"
+                                 " course that does not change its sign")  # fmt: skip
+        elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
+            yield diagnostic("E379", muscle.at("course"), f"`{muscle.name}` shortens beyond its range in a part of its"
+                             " course", f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
+                             f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares"
+                             )  # fmt: skip
+
+
+def _reached(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[float, float]:
+    """The least and the largest share of a course in an analysis, 0 among them; of a table that cannot be read, 0."""
+    if isinstance(course, State):
+        return min(states, default=0.0), max(states, default=0.0)
+    if isinstance(course, Sine):
+        swings = course.frequency * max(
+            (getattr(a.thing, "duration", 0.0) for a in scene.of_kind("analysis").values()), default=0.0
+        )
+        ends = math.sin(2.0 * math.pi * swings)
+        return (-1.0 if swings >= 0.75 else min(0.0, ends)), (1.0 if swings >= 0.25 else max(0.0, ends))
+    try:
+        return (min(course.rows[1]), max(course.rows[1])) if isinstance(course, Table) else (0.0, 1.0)
+    except Unreadable:
+        return 0.0, 0.0
 
 
 def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
@@ -125,7 +159,7 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 def _unread(scene: Scene, duration: float) -> Diagnostic | None:
     """A table that a load or support cannot follow."""
-    return next((wrong for d in _acting(scene) if (wrong := table_fault(d, duration)) is not None), None)
+    return next((wrong for d in acting(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
 def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:

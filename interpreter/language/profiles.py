@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
@@ -71,6 +71,11 @@ class Profile:
             return float(found) if isinstance(found, float | int) else math.nan
         except (ArithmeticError, ValueError):
             return math.nan
+
+    def __mul__(self, share: float) -> Profile:
+        """The same at a share of its size; one that is turned around has no range."""
+        root, said = Node("*", (self.root, constant(share))), f"{share:.6g} * ({self.said})"
+        return replace(self, root=root, said=said, limits=self.limits if share >= 0.0 else None)
 
     def __str__(self) -> str:
         return self.said

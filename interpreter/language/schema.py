@@ -94,6 +94,8 @@ class Field:
             return one if self.form == "quantity" else f"three components, each {one}"
         if self.form == "list" and self.dimension == units.NONE:
             return "a list of plain numbers such as `[5, 12.5, 18.25] %`"
+        if self.form == "list" and self.dimension not in (None, units.LENGTH):
+            return f"a list of values such as `[1, 10] {units.si(self.dimension or units.NONE)}`"
         if self.form == "choice":
             *others, last = self.options
             return f"{', '.join(others)} or {last}" if others else last

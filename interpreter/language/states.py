@@ -43,6 +43,12 @@ def in_last(scene: Scene) -> Scene:
     return in_state(scene, len(states) - 1) if states else scene
 
 
+def acting(scene: Scene) -> list[Declared]:
+    """What may follow a course: loads, supports, and materials that pull."""
+    driven = [d for kind in ("load", "support") for d in scene.of_kind(kind).values()]
+    return [*driven, *(m for m in scene.of_kind("material").values() if hasattr(m.thing, "course"))]
+
+
 def _in_state(declared: Declared, number: int, value: float) -> Declared:
     changes = getattr(declared.thing, "in_state", None)
     return declared if changes is None else replace(declared, thing=changes(number, value))

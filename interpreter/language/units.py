@@ -25,6 +25,7 @@ ANGLE: Dimension = (0, 0, 0, 0, 1)
 FORCE: Dimension = (1, 1, -2, 0, 0)
 PRESSURE: Dimension = (-1, 1, -2, 0, 0)
 ENERGY: Dimension = (2, 1, -2, 0, 0)
+LITTLE = 1e-4  # of a volume: less is not shown as a share
 
 # name: (factor to SI, dimension, takes prefixes)
 UNITS: dict[str, tuple[float, Dimension, bool]] = {
@@ -90,6 +91,7 @@ NAMES: dict[Dimension, tuple[str, str]] = {
     (-3, 1, 0, 0, 0): ("a density", "kg/m^3 or g/cm^3"),
     (0, 1, -2, 0, 0): ("a force per length", "N/m"),
     (-2, 1, -2, 0, 0): ("a force per volume", "N/m^3"),
+    (3, -1, 1, 0, 0): ("a permeability of Darcy's", "m^4/(N*s) or mm^4/(N*s)"),
 }
 
 
@@ -315,6 +317,11 @@ def show_range(low: float, high: float, dimension: Dimension) -> str:
     """Two values in one unit: `0 to 178 mm`."""
     factor, unit = _unit_for(max(low, high, key=abs), dimension)
     return f"{low / factor:.6g} to {high / factor:.6g} {unit}".removesuffix(" 1")
+
+
+def show_share(share: float) -> str:
+    """A share of a volume in per cent; next to nothing is said to be that."""
+    return "less than 0.01 %" if share < LITTLE else f"{100.0 * share:.3g} %"
 
 
 def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:

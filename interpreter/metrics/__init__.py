@@ -25,6 +25,7 @@ from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
+from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.metrics.realtime import RealTime
 from softmark.interpreter.metrics.strain import Strain
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
@@ -59,6 +60,8 @@ METRICS: dict[str, type[Any]] = {
     "strain_energy": StrainEnergy,
     "dissipation": Dissipation,
     "work": LoadWork,
+    "pore_pressure": PorePressure,
+    "outflow": Outflow,
     "period": Period,
     "frequency": Frequency,
     "realtime": RealTime,

@@ -5,25 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.strain_energy import known
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.interpreter.metrics.metric import Floats
     from softmark.interpreter.results.reactions import AtRest
-else:
-    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
 class Dissipation(OfForces):
-    """Energy that a body has dissipated since the start of a quasistatic analysis, by stress that relaxes.
+    """Energy dissipated since the start of a quasistatic analysis, as stress relaxes or fluid seeps.
 
     `solve.energies_in_time` of the report has it beside the work of internal forces and what is stored, of which it is
-    the difference but for the error of the step. In small strain it never falls; in finite strain, where that is not
-    certain (`viscous` says why), `W368` says so. Nothing of an elastic body. Against another model or a theory it is
-    the difference relative to that one's.
+    the difference but for the error of the step: what is left of the three is a measure of that. It never falls, and is
+    not defined where a law is not convex, so that its springs have no energy (W368). Nothing of an elastic body.
+    Against another model or a theory it is the difference relative to that one's.
     """
 
     body: Annotated[str, "body", "the body"]
@@ -36,5 +33,5 @@ class Dissipation(OfForces):
         return self.body
 
     def amount(self, rest: AtRest) -> Floats:
-        """In J."""
-        return np.array(rest.dissipated)
+        """In J. Raises Undefined where it is not known."""
+        return known(rest.dissipated)

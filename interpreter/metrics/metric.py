@@ -96,10 +96,23 @@ class OfForces(Metric):
         own = self._known(seen.at_rest)
         if self.measured_from is None:
             return Measurement(self._along(own), self.details(own))
-        right = self._known(None if seen.known is None else seen.known.at_rest)
+        right = self._right(None if seen.known is None else seen.known.at_rest)
         if (size := self.size(right)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
         return Measurement(abs(self._along(own) - self._along(right)) / size)
+
+    def _right(self, rest: AtRest | None) -> Floats:
+        """What is taken as right. Raises Undefined where that does not say it, whatever our models would say."""
+        nothing = Undefined(f"`{self.measured_from}` tells nothing of it")
+        try:
+            right = self._known(rest)
+        except Undefined:
+            if rest is None or rest.reason is not None:
+                raise
+            raise nothing from None
+        if math.isnan(self.size(right)):
+            raise nothing
+        return right
 
     def size(self, value: Floats) -> float:
         """What an error is relative to: of a vector its size, whatever component is looked at."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -14,6 +15,13 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import AtRest
 else:
     from softmark.solvers.base.deferred import np
+
+
+def known(energy: float) -> Floats:
+    """An energy in J (). Raises Undefined where it is not known."""
+    if energy != energy:
+        raise Undefined("its law has no energy there, only stress (W368)")
+    return np.array(energy)
 
 
 @dataclass(frozen=True)
@@ -35,8 +43,8 @@ class StrainEnergy(OfForces):
         return self.body
 
     def amount(self, rest: AtRest) -> Floats:
-        """U in J."""
-        return np.array(rest.energy)
+        """U in J. Raises Undefined where it is not known."""
+        return known(rest.energy)
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
         """Not less than what reactions are apart, relative: too little here and too much there is no agreement."""

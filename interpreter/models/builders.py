@@ -30,7 +30,12 @@ BUILDERS: dict[type[Any], str] = {
 }
 
 # of bodies whose stress relaxes
-REMEMBERING: dict[type[Any], str] = {Fem: "softmark.interpreter.models.fem.ageing"}
+REMEMBERING: dict[type[Any], str] = {
+    Fem: "softmark.interpreter.models.fem.ageing",
+    Beam6Dof: "softmark.interpreter.models.beam.ageing",
+}
+# of bodies that fluid seeps through
+SOAKED: dict[type[Any], str] = {Fem: "softmark.interpreter.models.fem.seeping"}
 
 
 def load(model: Any) -> None:
@@ -43,7 +48,7 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     workshop.build = build
     builder = _builder(declared.thing)
     if case.remembers:
-        builder = import_module(REMEMBERING[type(declared.thing)])
+        builder = import_module((SOAKED if case.porous else REMEMBERING)[type(declared.thing)])
     prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
     return prepared
 

@@ -27,7 +27,7 @@ Value = float | str
 SPANS: dict[str, tuple[float, float]] = {
     "young": (1e-6, 1e6), "density": (1e-3, 1e3), "step": (1e-3, 1e3), "size": (1 / 16, 32.0),
     "tolerance": (1e-12, 1e12), "quality": (1e-6, 1e6), "angle": (1e-3, 10.0),
-    "stiffness": (1e-6, 1e6),
+    "stiffness": (1e-6, 1e6), "permeability": (1e-6, 1e6),
 }  # fmt: skip
 SPAN = (1e-3, 1e3)  # of every other: loads, dampings, parameters without a range
 DOUBLINGS = 64  # most that a whole number is multiplied by
@@ -37,8 +37,9 @@ POISSONS = (0.0, -0.5, -0.9)  # by the way down
 # fields that are walked where a study does not say what: (kind of declaration, field)
 USUAL = (
     ("material", "young"), ("material", "poisson"), ("material", "density"), ("material", "bulk"),
-    ("material", "limit"), ("load", "magnitude"), ("load", "vector"), ("load", "moment"), ("load", "tension"),
-    ("support", "angle"), ("support", "stiffness"),
+    ("material", "limit"), ("material", "permeability"), ("load", "magnitude"), ("load", "vector"), ("load", "moment"),
+    ("load", "tension"),
+    ("support", "angle"), ("support", "stiffness"), ("support", "value"),
     ("model", "size"), ("model", "segments"), ("model", "precision"), ("model", "quality"), ("analysis", "tolerance"),
     ("analysis", "step"), ("analysis", "damping_mass"), ("analysis", "damping_stiffness"),
 )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -10,6 +11,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
 from softmark.interpreter.metrics.metric import OfDisplacements, OfMetric
+from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
 from softmark.interpreter.problem.case import Fault, body_of
@@ -18,7 +20,8 @@ from softmark.records import dataclass
 from softmark.references.curve import CurveFromFile
 from softmark.references.values import GivenValues
 
-TOLD = CurveFromFile | GivenValues  # they know of the body as it is, and of no other
+TOLD = CurveFromFile | GivenValues  # they know of the body as it is, and of no other: but for closed forms
+NUMERICAL = ("step", "tolerance", "max_iterations")  # what of an analysis is no part of the problem
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
@@ -43,7 +46,7 @@ def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -
     name = "everything" if study is None else study.name
     metric = scene.declared[thing.metric or next(judges(scene), "")]
     if thing.over is None:
-        quantities = tuple(usual(scene))
+        quantities = tuple(q for q in usual(scene) if follows(scene, metric, q))
     else:
         quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
     mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
@@ -65,10 +68,31 @@ def judges(scene: Scene) -> Iterator[str]:
 def _comparable(scene: Scene, metric: Declared) -> bool:
     """Whether the error of what is taken as right is known in the metric's terms.
 
-    References know theirs as a displacement; models state it by the metric itself.
+    References know theirs as a displacement, values by themselves; models state it by the metric itself.
     """
     against = scene.declared.get(metric.thing.against)
-    return isinstance(metric.thing, OfDisplacements) or (against is not None and against.kind == "model")
+    if isinstance(metric.thing, OfDisplacements):
+        return True
+    if isinstance(metric.thing, ErrorOfValue):
+        return metric.thing.relative_to == "value" and against is not None and is_closed_form(scene, against)
+    return against is not None and against.kind == "model"
+
+
+def is_closed_form(scene: Scene, reference: Declared) -> bool:
+    """Whether it gives values of a theory by an expression of parameters: they are those of whatever these become."""
+    if not isinstance(reference.thing, GivenValues) or reference.thing.kind != "theory":
+        return False
+    words = re.findall(r"[A-Za-z_]\w*", reference.at("values").text)
+    return any(name.rpartition(".")[2] in words for name in scene.parameters)
+
+
+def follows(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
+    """Whether the truth of a metric is one wherever a quantity is walked: a closed form knows of parameters alone."""
+    if not isinstance(metric.thing, ErrorOfValue) or quantity.name in scene.parameters:
+        return True
+    owner, _, attribute = quantity.name.rpartition(".")
+    kind = scene.declared[owner].kind
+    return kind == "model" or (kind == "analysis" and attribute in NUMERICAL)
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
@@ -92,8 +116,9 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
     """Errors of a stability study in a scene that has no others."""
     yield from _metric(scene, study)
     seen: set[str] = set()
+    judge = scene.declared.get(study.thing.metric or next(judges(scene), ""))
     for target in study.thing.over or ():
-        found = _target(scene, study, target, target.name in seen)
+        found = _target(scene, study, target, target.name in seen, judge)
         seen.add(target.name)
         if found is not None:
             yield found
@@ -126,8 +151,11 @@ def _why_not(scene: Scene, name: str) -> str:
         what = "cannot tell"
         why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
         if isinstance(thing, OfMetric):
-            how = "agreed on" if scene.declared[against].thing.kind == "consensus" else "measured"
+            known = scene.declared[against].thing.kind
+            how = "agreed on" if known == "consensus" else "measured"
             why = f"`{against}` was {how} of this body as it is, and says nothing of others"
+            if known == "theory":
+                why = "it is in uncertainties of the value, and not relative to the value itself"
     return f"`{name}` {what} right from wrong: {why}"
 
 
@@ -142,7 +170,9 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         yield diagnostic("E513", study.at("metric"), _why_not(scene, name), "cannot judge", help)
 
 
-def _target(scene: Scene, study: Declared, target: SweepTarget, again: bool) -> Diagnostic | None:
+def _target(
+    scene: Scene, study: Declared, target: SweepTarget, again: bool, judge: Declared | None
+) -> Diagnostic | None:
     at = Location(study.at("over").source, target.span)
     if again:
         return diagnostic("E512", at, f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
@@ -156,6 +186,11 @@ def _target(scene: Scene, study: Declared, target: SweepTarget, again: bool) -> 
         return diagnostic("E512", at, f"`{target.name}` has nowhere to go: its range ends where it is",
                           "cannot be walked",
                           "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
+    if judge is not None and not follows(scene, judge, quantity):
+        truth = judge.thing.against
+        return diagnostic("E512", at, f"`{target.name}` makes another problem, and `{truth}` has the value of this one",
+                          "the truth stays where it is",
+                          "make it a parameter, in which the values are written, and walk that")  # fmt: skip
     return None
 
 

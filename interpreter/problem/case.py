@@ -14,7 +14,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
-from softmark.interpreter.vocabulary.supports import Bedded, InPlane, OnAxis
+from softmark.interpreter.vocabulary.supports import Bedded, Drain, InPlane, Level, OnAxis
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
 
@@ -43,7 +43,8 @@ class Case:
     other_material: Any = None  # that a model takes instead of the body's
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
-    beds: tuple[Declared, ...] = ()  # springs that it lies on: supports that hold nothing where it is
+    beds: tuple[Declared, ...] = ()  # springs and plates: supports that hold nothing where it is
+    drains: tuple[Declared, ...] = ()  # where fluid goes through its surface: supports that hold no point of it
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
     leaning: tuple[int, int] = (
         0,
@@ -79,6 +80,11 @@ class Case:
         return (self.material, *(self.body.thing.as_it_is(part.thing.material) for part in self.parts))
 
     @property
+    def muscles(self) -> tuple[Declared, ...]:
+        """What of it pulls, each with its course: the body, as if it were made of that material alone."""
+        return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
+
+    @property
     def named_supports(self) -> tuple[Declared, ...]:
         """Its supports without what holds a plane body in its plane."""
         return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
@@ -106,8 +112,13 @@ class Case:
 
     @property
     def remembers(self) -> bool:
-        """Whether the stress of one of its materials relaxes, so that its past counts."""
-        return any(material.branches for material in self.materials)
+        """Whether the stress of one of its materials relaxes, or fluid seeps through it, so that its past counts."""
+        return self.porous or any(material.branches for material in self.materials)
+
+    @property
+    def porous(self) -> bool:
+        """Whether one of its materials is full of fluid."""
+        return any(porous(material) for material in self.materials)
 
     @cached_property
     def typical(self) -> tuple[Any, ...]:
@@ -131,6 +142,13 @@ class Case:
         return x, y, z
 
 
+def porous(material: Any) -> bool:
+    """Whether fluid seeps through a material, or through what it is when it does not pull."""
+    if getattr(material, "permeability", None) is not None:
+        return True
+    return hasattr(material, "passive") and porous(material.passive)
+
+
 def case_of(scene: Scene, body: str) -> Case:
     """The case of a body, made once for a scene."""
     key = Case, body
@@ -146,14 +164,19 @@ def _made(scene: Scene, body: str) -> Case:
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
         regions = []  # parts of the body's own material are parts in name only
     acting = scene.acting("support", body)
-    beds = tuple(s for s in acting if isinstance(s.thing, Bedded))
+    beds = tuple(s for s in acting if isinstance(s.thing, Bedded | Level))
+    drains = tuple(s for s in acting if isinstance(s.thing, Drain))
     return Case(
         body=scene.declared[body],
-        supports=(*(s for s in acting if not isinstance(s.thing, Bedded)), *in_plane(scene.declared[body])),
+        supports=(
+            *(s for s in acting if not isinstance(s.thing, Bedded | Level | Drain)),
+            *in_plane(scene.declared[body]),
+        ),
         loads=scene.acting("load", body),
         analysis=analyses[0].thing if analyses else Static(),
         parts=tuple(regions),
         beds=beds,
+        drains=drains,
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 

@@ -11,6 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.typical import profiles
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -78,15 +79,15 @@ def _muscle(declared: Declared) -> Iterator[Diagnostic]:
     thing = declared.thing
     law = thing.passive
     if thing.fibres is None:
-        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` pulls along fibres, and its law has none",
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` acts along fibres, and its law has none",
                          "no fibres", "give `own = +x`, or a law with fibres, such as `guccione(...)`")  # fmt: skip
     elif law.finite_law() is None or hasattr(law, "passive") or law.branches:
-        why = "pulls already" if hasattr(law, "passive") else "has no law of finite strain"
+        why = "is muscle already" if hasattr(law, "passive") else "has no law of finite strain"
         why = "relaxes" if law.branches else why
         yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what {why}",
                          "not a law that it can add to",
-                         "use `guccione(...)` or `neo_hookean(...)`, and one tension")  # fmt: skip
-    elif not law.uniform and not getattr(law, "turning", False):
+                         "use `guccione(...)` or `neo_hookean(...)`, and one muscle")  # fmt: skip
+    elif profiles(law):
         yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what varies in space",
                          "one value of each constant", "directions may vary, other constants not")  # fmt: skip
 
@@ -103,12 +104,29 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
                          "use `strain = finite`")  # fmt: skip
     elif (askew := _askew(case)) is not None:
         yield askew
+    elif (unfit := _shortened(declared, case)) is not None:
+        yield unfit
     elif case.planar:
         yield from _planar(declared, case)
-    elif isinstance(case.analysis, Dynamic) and any(hasattr(m, "passive") for m in case.materials):
-        yield diagnostic("E368", declared.at(), f"`{declared.name}` moves, and muscle pulls at rest alone",
-                         "not in a dynamic analysis", "use `static()`, in which tension grows with loads, or the law"
-                         " without `active`")  # fmt: skip
+
+
+def _shortened(declared: Declared, case: Case) -> Diagnostic | None:
+    """What an active strain does not know: a course in a motion or beside a past, and paths that begin at rest."""
+    own = [m for m in case.materials if hasattr(m, "passive") and not m.pulls]
+    if isinstance(case.analysis, Dynamic) and any(m.course is not None for m in own):
+        return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten by a course are"
+                          " known at rest alone", "not in a dynamic analysis", "use `quasistatic(...)`, a shortening"
+                          " without a course, or a tension: `active(..., course = ...)`")  # fmt: skip
+    if any(m.branches for m in case.materials) and any(m.course is not None for m in own):
+        return diagnostic("E362", declared.at(), f"fibres of `{case.body.name}` shorten by a course, and a part of it"
+                          " relaxes", "not beside what relaxes", "use a shortening without a course, or a tension:"
+                          " `active(..., course = ...)`")  # fmt: skip
+    if own and case.analysis.path == "arc_length":
+        return diagnostic("E378", declared.at(), f"`{declared.name}` follows a path from rest, and fibres of"
+                          f" `{case.body.name}` are short before it begins", "no path from rest",
+                          "use `path = load`, with several states if one step is too long, or a tension, which grows"
+                          " along the path: `active(...)`")  # fmt: skip
+    return None
 
 
 def _askew(case: Case) -> Diagnostic | None:
@@ -155,7 +173,9 @@ def _planar(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 def _level(material: Any) -> bool:
     """Whether directions lie within the plane or across it; of a rule, whether it says so."""
-    each = [d for d in (material.fibres, material.sheets) if d is not None]
+    law = getattr(material, "passive", material)
+    known = (material.fibres, *((law.fibres, law.sheets) if directed(law) else ()))
+    each = [d for d in known if d is not None]
     for direction in each:
         if not isinstance(direction, tuple):
             third = getattr(direction, "components", (None, None, None))[2]
@@ -189,12 +209,15 @@ def must_be_mirrored(case: Case, X: Floats) -> None:
 def _unlike(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
     """The first of points X (n, 3), m, where a law is not that of its mirror image; None where it is one everywhere."""
     from softmark.interpreter.problem.field_files import reading
+    from softmark.solvers.materials.active import Tension
     from softmark.solvers.materials.frame import NoDirection
 
     image, turned = X.copy(), np.ones(3)
     image[:, axis] = 2.0 * place - X[:, axis]
     turned[axis] = -1.0
-    laws = (material.pull, material.passive) if hasattr(material, "passive") else (material,)
+    laws: tuple[Any, ...] = (material,)
+    if hasattr(material, "passive"):  # the directions alone: how much it does is mirrored, as other constants are
+        laws = Tension(1.0, material.fibres), material.passive
     for law in laws:
         if not directed(law):
             continue

@@ -9,6 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Tensile
 from softmark.interpreter.vocabulary.supports import Symmetric
 
@@ -60,6 +61,24 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
     return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
                       f"along {way}; the mirror image is pulled the other way",
                       f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
+
+
+def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
+    """What is wrong with how a motion starts beside a plane of symmetry: across it, or turning about an axis in it."""
+    if support.thing.normal is None or not isinstance(analysis.thing, Dynamic):
+        return None
+    across, way = support.thing.normal[0], "xyz"[support.thing.normal[0]]
+    if analysis.thing.velocity[across]:
+        return diagnostic("E582", analysis.at("velocity"),
+                          f"`{analysis.name}` starts across the plane of symmetry `{support.name}`",
+                          f"along {way}; the mirror image goes the other way",
+                          f"nothing there moves along {way}: start along the plane, or model the whole")  # fmt: skip
+    if any(turn for i, turn in enumerate(analysis.thing.spin) if i != across):
+        return diagnostic("E582", analysis.at("spin"),
+                          f"`{analysis.name}` starts by turning the plane of symmetry `{support.name}`",
+                          "the mirror image turns the other way",
+                          f"about {way} both turn alike; else model the whole body")  # fmt: skip
+    return None
 
 
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:

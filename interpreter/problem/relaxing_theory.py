@@ -18,7 +18,7 @@ from softmark.interpreter.vocabulary.supports import Holding
 from softmark.references.cantilever import Refused
 from softmark.references.prony import Driven, RelaxingBar, Swing
 from softmark.solvers.materials.viscous import Viscous
-from softmark.solvers.mesh.shape import Prism, cross, dot, moved
+from softmark.solvers.mesh.shape import Prism, cross, dot, moved, with_coordinate
 
 REMEDY = "hold one end face along the axis and move or pull the other: `displaced(...)` or `traction(...)`"
 
@@ -47,7 +47,7 @@ def bar_of(case: Case) -> RelaxingBar:
     course = in_full(driving.thing).course
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _still(case, root), material.young, material.poisson, g, tau,
-                       force, sign * (area if force else 1.0), _driven(course, now), now)  # fmt: skip
+                       force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:
@@ -89,8 +89,8 @@ def _still(case: Case, root: Any) -> Any:
         for c in support.thing.components:
             if abs(case.prism.axis[c]) > ALIGNED:
                 continue
-            middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-            sides = [_at(middle, c, value) for value in (low[c], root[c], high[c])]
+            x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+            sides = [with_coordinate((x, y, z), c, value) for value in (low[c], root[c], high[c])]
             holds = [bool(support.thing.where.holds(*p, case.shape.diagonal)) for p in sides]
             if sum(holds) == 1:
                 found[c] = sides[holds.index(True)][c]
@@ -99,11 +99,7 @@ def _still(case: Case, root: Any) -> Any:
     return tuple(found)
 
 
-def _at(point: list[float], c: int, value: float) -> list[float]:
-    return [value if i == c else p for i, p in enumerate(point)]
-
-
-def _driven(course: Any, now: float) -> Driven:
+def driven_by(course: Any, now: float) -> Driven:
     """Jumps and slopes of a course up to a time."""
     match course:
         case None:

@@ -95,12 +95,18 @@ def inside(condition: Condition, shape: Swept) -> tuple[tuple[float, str], ...]:
     return tuple((s, coverage(condition, shape, s)) for s in stations)
 
 
+def ends_of(condition: Condition, shape: Swept) -> set[int]:
+    """The end faces that a condition selects, 0 the root; none where it takes a part of one, or anything else."""
+    covers = [coverage(condition, shape, s) for s in (0.0, shape.length)]
+    if "some" in covers or "all" not in covers or {cover for _, cover in inside(condition, shape)} != {"none"}:
+        return set()
+    return {end for end, cover in enumerate(covers) if cover == "all"}
+
+
 def end_of(condition: Condition, shape: Swept) -> int | None:
     """The end face that a condition selects, 0 the root; None unless it is all of one and nothing else of the body."""
-    ends = [coverage(condition, shape, s) for s in (0.0, shape.length)]
-    if sorted(ends) != ["all", "none"] or {cover for _, cover in inside(condition, shape)} != {"none"}:
-        return None
-    return ends.index("all")
+    found = ends_of(condition, shape)
+    return found.pop() if len(found) == 1 else None
 
 
 def seen_from(shape: Swept, end: int) -> tuple[Vector3, Vector3]:

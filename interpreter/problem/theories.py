@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.beam_theory import cantilever_of
 from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.vocabulary.supports import Level
 from softmark.references.cantilever import Refused
 
 if TYPE_CHECKING:
@@ -15,6 +16,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.reactions import AtRest
+
+
+POROUS = ("column", "pressed_column", "slab", "disc")  # what references of bodies full of fluid are about
+FULL = (
+    "its body is full of fluid that seeps",
+    "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or take the drained law by itself",
+)
+DRY = "no fluid seeps through its body", "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
 
 class Theory(Protocol):
@@ -36,6 +45,8 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_isotropic(reference, case)
     for bed in case.beds:
+        if isinstance(bed.thing, Level) and reference.thing.about in POROUS:
+            continue
         why = f"`{bed.name}` puts `{case.body.name}` on springs"
         raise _broken(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
     if not case.uniform:
@@ -43,7 +54,9 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_uniform(reference, case)
     try:
-        if reference.thing.about != "relaxing" and case.remembers:
+        if case.porous != (reference.thing.about in POROUS):
+            raise Refused(*(FULL if case.porous else DRY))
+        if reference.thing.about not in ("relaxing", *POROUS) and case.remembers:
             raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except Refused as refused:
@@ -73,6 +86,12 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem import relaxing_theory
 
             return relaxing_theory.bar_of(case)
+        case "column" | "pressed_column" | "slab" | "disc" as about:
+            from softmark.interpreter.problem import porous_theory
+
+            if about in ("slab", "disc"):
+                return porous_theory.squeezed_of(reference, case)
+            return porous_theory.column_of(case) if about == "column" else porous_theory.pressed_column_of(case)
         case "frame":
             from softmark.interpreter.problem.frame_problem import frame_of
 
@@ -104,6 +123,10 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     if not reference.thing.with_forces:
         return None
     own: Any = found
+    if reference.thing.about in POROUS:
+        from softmark.interpreter.problem import porous_theory
+
+        return porous_theory.at_rest(case, own)
     if reference.thing.about == "relaxing":
         from softmark.interpreter.problem import relaxing_theory
 
@@ -125,6 +148,10 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
 
 def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
     """Why it is not the truth of the body as it is loaded; None where nothing speaks against it."""
+    if reference.thing.about in POROUS:
+        from softmark.interpreter.problem import porous_theory
+
+        return porous_theory.doubt_of(found)
     if not reference.thing.with_stress:
         return None
     from softmark.interpreter.problem.far_stress import doubt_of
@@ -134,12 +161,14 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     """What a report has of it beside its error."""
+    own: Any = found
     if reference.thing.about == "inflation":
-        limit: Any = found.limit  # type: ignore[attr-defined]
+        limit = own.limit
         return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
+    if reference.thing.about == "pressed_column":
+        return {"force_error_N": own.pull_error}
     if not reference.thing.with_stress:
         return {}
     from softmark.interpreter.problem.far_stress import said
 
-    core: Any = found
-    return {"size_matters": core.size_matters, "said": said(core)}
+    return {"size_matters": own.size_matters, "said": said(own)}

@@ -13,7 +13,13 @@ from softmark.solvers.materials.varying import with_constants
 
 ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
 ORDINARY = 0.3  # Poisson's ratio
-UNKNOWN = {"young": 1e30, "poisson": 0.0, "density": 1000.0}  # of what only files tell: nothing is doubted of it
+UNKNOWN = {
+    "young": 1e30,
+    "poisson": 0.0,
+    "density": 1000.0,
+    "tension": 1000.0,
+    "shortening": 0.0,
+}  # of what only files tell: nothing is doubted of it
 
 
 def profiles(material: Any) -> dict[str, Profile]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from typing import Protocol
 
 from softmark.interpreter.results.loads import Vector
 from softmark.interpreter.results.plain import Plain
@@ -53,6 +54,21 @@ class HeldSupport(Plain):
         return {**shares, **(carried if self.reaction is None else self.reaction.entries())}
 
 
+class Fluid(Protocol):
+    """The fluid in a porous body."""
+
+    @property
+    def outflows(self) -> Mapping[str, float]:
+        """What has left through each support that lets it through, by name, m^3."""
+
+    @property
+    def pressures(self) -> tuple[float, float]:
+        """The least and the largest pressure in the body, Pa."""
+
+    def pressure(self, point: tuple[float, float, float]) -> float:
+        """At a material point, m: Pa."""
+
+
 @dataclass(frozen=True)
 class AtRest:
     """What a state of rest says of forces: reactions and works of loads by name, and the strain energy, J.
@@ -70,3 +86,4 @@ class AtRest:
     extent: float = 0.0
     reason: str | None = None
     dissipated: float = 0.0  # J, since the start of what remembers
+    fluid: Fluid | None = None  # of a porous body

@@ -172,8 +172,6 @@ class MetricResult:
             own["published"] = self.published
         own |= {} if self.curve is None else {"curve": self.curve.to_json()}
         own |= {} if self.doubt is None else {"doubt": self.doubt}
-        if self.states:
-            own["states"] = list(self.states)
         return {**own, **self.details}
 
 
@@ -224,12 +222,22 @@ class ModelResult:
             "solve": dict(self.solve),
             "time": {n: _timing(n, t) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
-            "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            "metrics": _measured(self.metrics, self.states),
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
         return own | _in_each(self.states, self.each)
+
+
+def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> dict[str, Any]:
+    """The entries of metrics, each with its value in every state."""
+    found = {name: metric.to_json() for name, metric in metrics.items()}
+    for name, metric in metrics.items():
+        if metric.states:
+            pairs = zip(states, metric.states, strict=True)
+            found[name]["states"] = [{"state": state, "value": value} for state, value in pairs]
+    return found
 
 
 def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
@@ -290,7 +298,7 @@ class ReferenceResult:
             "estimated_error": self.estimated_error,
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
-            "metrics": {n: m.to_json() for n, m in self.metrics.items()},
+            "metrics": _measured(self.metrics, self.states),
             **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
             **_in_each(self.states, self.each),
         }

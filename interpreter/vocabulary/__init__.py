@@ -24,7 +24,18 @@ from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, 
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import Bedded, Displaced, Fixed, Follows, Hinged, Symmetric, Turned
+from softmark.interpreter.vocabulary.supports import (
+    Bedded,
+    Displaced,
+    Drained,
+    Fixed,
+    Follows,
+    Hinged,
+    Level,
+    PorePressure,
+    Symmetric,
+    Turned,
+)
 
 BODIES: dict[str, type[Any]] = {
     "solid": Solid,
@@ -47,6 +58,9 @@ SUPPORTS: dict[str, type[Any]] = {
     "symmetric": Symmetric,
     "hinged": Hinged,
     "bedded": Bedded,
+    "level": Level,
+    "drained": Drained,
+    "pore_pressure": PorePressure,
 }
 
 LOADS: dict[str, type[Any]] = {

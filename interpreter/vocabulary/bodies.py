@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
+from softmark.interpreter.vocabulary.loads import MadeOf
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ SLICE = 0.05  # of its size: how thick the slice is that stands for a body of re
 
 
 @dataclass(frozen=True)
-class Solid:
+class Solid(MadeOf):
     """A body of one material that fills a shape, undeformed and free of stress where it is declared."""
 
     shape: Annotated[Any, "shape", "its geometry before deformation"]
@@ -30,7 +31,7 @@ class Solid:
         return material
 
 
-class Planar:
+class Planar(MadeOf):
     """A slice of a plane region, from z = -thickness/2 to thickness/2: its points stay in their planes."""
 
     region: Any

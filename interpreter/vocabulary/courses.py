@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -217,5 +218,15 @@ class Passed:
 
 
 def in_full(thing: Any) -> Any:
-    """A load or a support at its full size, with the course that it follows, also where it is seen at one time."""
-    return thing.course.of if isinstance(thing.course, Passed) else thing
+    """What follows a course at its full size, with that course, also where it is seen at one time."""
+    return thing.course.of if isinstance(getattr(thing, "course", None), Passed) else thing
+
+
+def in_whole(declared: Any) -> Any:
+    """What is declared of a material, with that in full."""
+    whole = in_full(declared.thing.material)
+    return (
+        declared
+        if whole is declared.thing.material
+        else replace(declared, thing=replace(declared.thing, material=whole))
+    )

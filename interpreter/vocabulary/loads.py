@@ -130,8 +130,23 @@ def at_state(thing: Any, value: float) -> Any:
     """
     if isinstance(value, Moment):
         full, course = thing, thing.course
-        return thing if course is None else replace(thing.part(course.at(value)), course=Passed(full))
+        if course is None or isinstance(course, State):  # of which no time has any: refused elsewhere
+            return thing
+        return replace(thing.part(course.at(value)), course=Passed(full))
     return replace(thing.part(value), course=None) if isinstance(thing.course, State) else thing
+
+
+class MadeOf:
+    """What has a material, which may pull by a course."""
+
+    material: Any
+
+    def in_state(self, number: int, value: float) -> Self:
+        """The same in one state, of this value."""
+        if getattr(self.material, "course", None) is None:
+            return self
+        made: Self = replace(self, material=at_state(self.material, value))  # type: ignore[type-var]
+        return made
 
 
 def scaled(thing: Any, field: str, share: float) -> Any:

@@ -10,15 +10,15 @@ from functools import cache
 from typing import Annotated, Any
 
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.vocabulary.loads import MadeOf
 from softmark.records import dataclass
 
 
-class Region:
+class Region(MadeOf):
     """What every region says."""
 
     body: str
     where: Any
-    material: Any
     over: tuple[str, ...]
 
     @property

@@ -66,6 +66,9 @@ class Stability:
     A parameter with a range goes to its ends, one that is zero by decades of the range. Each edge is then found by
     bisection, to a ratio of 1.2.
 
+    A closed form that is written in the scene judges as well: `value_error` against `values` of `kind = theory` that
+    are an expression of parameters. These and fields of models can be walked: values do not follow a material's.
+
     Every point is judged by `metric`, a relative error, against the reference that it names, which is solved anew at
     each: `right` within `within` and the uncertainty of the reference; `inaccurate` where the model itself says that it
     may be that far off, by the error that it states or a warning about its accuracy; `silent` where it does not: a

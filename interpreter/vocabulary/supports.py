@@ -8,7 +8,7 @@ it is refused by every model whose `supports` do not name it, until its formulas
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from softmark.interpreter.vocabulary.loads import at_state, scaled
 from softmark.records import dataclass
@@ -123,9 +123,9 @@ class Symmetric(Holding):
     `where` selects the plane face that lies in it, as `x <= 0 mm` does of a body with x >= 0; what is normal to the
     plane is held. The plane is normal to x, y or z, and the body lies on one side of it. A beam model holds the two
     rotations as well that a section in the plane cannot make. Loads and supports must be symmetric too: gravity across
-    the plane is refused, and so is a traction on the plane itself, which is a face of the half alone. Forces, energies
-    and mass are those of the part; of a force at a point of the plane give half (`W335`). The answer is symmetric as
-    well: what buckles or vibrates to one side alone is not found.
+    the plane is refused, as are motions that start across it, and a traction on the plane itself, which is a face of
+    the half alone. Forces, energies and mass are those of the part; of a force at a point of the plane give half
+    (`W335`). The answer is symmetric as well: what buckles or vibrates to one side alone is not found.
     """
 
     body: Annotated[str, "body", "the body that is held"]
@@ -275,3 +275,72 @@ class Bedded(Support):
     stiffness: Annotated[float, "Pa/m in (0, inf)", "traction for each length moved: `10 kPa/mm`"]
     damping: Annotated[float, "Pa*s/m in [0, inf)", "traction for each speed"] = 0.0
     directions: Annotated[Literal["all", "normal"], "the ways in which it acts"] = "all"
+
+
+@dataclass(frozen=True)
+class Level(Support):
+    """Keeps a plane face level: a rigid plate on it without friction, which does not tilt.
+
+    All points of the face move alike along its normal, by as much as loads and the body make them, and as they like
+    within it. What presses the plate is a load on the face, such as a `traction`: it counts by its sum alone. A plate
+    whose travel is given is `displaced(...)`. It is held level by springs between each point and the mean of all, 1e6
+    times as stiff as the body behind it: an unevenness of about 1e-5 of the travel is left. Finite elements take
+    it at rest and in quasistatic analyses, in space and in the plane, of faces normal to x, y or z.
+    """
+
+    components = ()  # it holds nothing where it is
+    damping: ClassVar[float] = 0.0
+
+    body: Annotated[str, "body", "the body that it lies on"]
+    where: Annotated[Any, "condition", "which plane face of it, by coordinates before deformation"]
+
+
+class Drain(Support):
+    """One that lets fluid through a part of the surface of a porous body: it holds a pressure there, and no point."""
+
+    components = ()
+    body: str
+    where: Any
+
+    @property
+    def pressure(self) -> float:
+        """Of the fluid there at full size, Pa."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Drained(Drain):
+    """Lets fluid leave and enter freely through a part of the surface of a `biphasic` body: its pressure there is 0.
+
+    Faces that no support names are sealed. It holds no point where it is: a porous plate that carries a load needs the
+    load besides. `outflow(NAME)` is what has left through it. An edge that two of them share is the first's.
+    """
+
+    body: Annotated[str, "body", "the body whose fluid it lets through"]
+    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
+
+
+@dataclass(frozen=True)
+class PorePressure(Drain):
+    """Holds the pressure of the fluid at a part of the surface of a `biphasic` body: of a bath, a pump, a column.
+
+    It is a pressure above that of the air around, and fluid enters or leaves as it must. It is that of the fluid alone:
+    what a bath presses on the solid is a load, `pressure(...)` of the same size. `outflow(NAME)` is what has left.
+    """
+
+    moves = True
+
+    body: Annotated[str, "body", "the body whose fluid it presses"]
+    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
+    value: Annotated[float, "Pa", "the pressure of the fluid, at full size"]
+    course: Annotated[Any | None, "course", "how it comes to that in time; at once without"] = None
+
+    @property
+    def pressure(self) -> float:
+        """Of the fluid there at full size, Pa."""
+        return self.value
+
+    def part(self, share: float) -> Self:
+        """The same at a part of its full size."""
+        less: Self = scaled(self, "value", share)
+        return less

@@ -124,11 +124,25 @@ def stress_of(material: Any, axes: Floats, bulk: float) -> Stress:
     return stress
 
 
-def pull_of(tension: float, f: Floats) -> Stress:
-    """What muscle adds to P of F (n, 3, 3), along fibres f (n, 3), of any length: F S with S = T f (x) f."""
+def pull_of(tension: Floats, f: Floats) -> Stress:
+    """What muscle of tensions (n,) adds to P of F (n, 3, 3), along fibres f (n, 3), of any length: F T f (x) f."""
     unit = f / np.linalg.norm(f, axis=1, keepdims=True)
-    S = tension * unit[:, :, None] * unit[:, None, :]
+    S = tension[:, None, None] * unit[:, :, None] * unit[:, None, :]
     return lambda F: F @ S
+
+
+def shortened(stress: Stress, s: Floats, f: Floats) -> Stress:
+    """P of F (n, 3, 3) of what is at rest where fibres f (n, 3), of any length, are shorter by parts s (n,).
+
+    Of the stress of its law, by eigenvalues of what the muscle does by itself: det Fa P(F Fa^-1) Fa^-T.
+    """
+    f = f / np.linalg.norm(f, axis=1, keepdims=True)
+    dyads = f[:, :, None] * f[:, None, :]
+    each = np.log1p(-s)[:, None, None] * (1.5 * dyads - 0.5 * EYE)  # without a trace: it keeps the volume
+    values, vectors = np.linalg.eigh(each)
+    Fa = (vectors * np.exp(values)[:, None, :]) @ vectors.swapaxes(1, 2)
+    back = np.linalg.inv(Fa)
+    return lambda F: np.linalg.det(Fa)[:, None, None] * stress(F @ back) @ back.swapaxes(1, 2)
 
 
 def split_of(material: Any, axes: Floats) -> Split:

@@ -9,19 +9,53 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks.pressures import Pressed, Split
-from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm, gradients, rule, shape
+from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm, gradients, polar, rule, shape
+
+Measure = Literal["small", "turned", "green", "shape"]
+
+
+def weights(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
+    """What is left at the last of some times, s, of each step's change of stress (t,): its share that relaxes times
+    what the series, shares (k,) and times of relaxation (k,), s, has made of it."""
+    t = np.array(times)
+    begin = np.concatenate([[0.0], t[:-1]])
+    found = np.zeros(len(t))
+    for g, tau in zip(shares, taus, strict=True):
+        width = (t - begin) / tau
+        mean = np.where(width > 0.0, -np.expm1(-width) / np.where(width > 0.0, width, 1.0), 1.0)
+        found += g * np.exp(-(t[-1] - t) / tau) * mean
+    return found
+
+
+def of_young(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floats]:
+    """The series of Young's modulus where the shear modulus has one, and the bulk modulus none: shares, times, s.
+
+    By polynomials: of E / G0 = 9 k G / (3 k + G), k = K / G0, poles and what each has.
+    """
+    k = 2.0 * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson))
+    D = np.poly(-1.0 / taus)  # of the product of s + 1/tau
+    N = D - sum(g / t * np.pad(np.atleast_1d(np.poly(-np.delete(1.0 / taus, i))), (1, 0))
+                for i, (g, t) in enumerate(zip(shares, taus, strict=True)))  # fmt: skip
+    bottom = 3.0 * k * D + N
+    poles = np.roots(bottom).real
+    each = np.polyval(9.0 * k * N, poles) / np.polyval(np.polyder(bottom), poles)
+    late: Any = -1.0 / poles
+    found: Floats = -each * late / (9.0 * k / (3.0 * k + 1.0))
+    return found, late
 
 
 @dataclass(frozen=True)
 class Course:
     """Nodes that were at displacements `states` (t, n, 3), m, at `times` (t,), s, and the stress that relaxes since.
 
-    `part` is its law, `g` (k,) and `tau` (k,), s, its series; strains are `small`, or of Green.
+    `part` is its law, `g` (k,) and `tau` (k,), s, its series; `measure` is that of strain: small, turned (U - 1),
+    green, or shape, which is Green's of J^(-1/3) F.
     """
 
     times: Sequence[float]
@@ -29,27 +63,16 @@ class Course:
     part: Stress
     g: Floats
     tau: Floats
-    small: bool
+    measure: Measure
     depth: float = 0.0
-
-    def weights(self) -> Floats:
-        """What is left of each step's change of stress (t,): its share that relaxes times what G has become of it."""
-        t = np.array(self.times)
-        begin = np.concatenate([[0.0], t[:-1]])
-        found = np.zeros(len(t))
-        for g, tau in zip(self.g, self.tau, strict=True):
-            width = (t - begin) / tau
-            mean = np.where(width > 0.0, -np.expm1(-width) / np.where(width > 0.0, width, 1.0), 1.0)
-            found += g * np.exp(-(t[-1] - t) / tau) * mean
-        return found
 
     def held(self, points: Floats, cells: Ints, kind: str, centre: bool = False) -> Floats:
         """What that comes to at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff stress."""
         xi, _ = rule(kind, centre)
         dNdX, _ = gradients(points, cells, kind, xi)
-        weights, N = self.weights(), shape(kind, xi)
+        steps, N = weights(self.times, self.g, self.tau), shape(kind, xi)
         found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
-        for weight, u in zip(weights, self.states, strict=True):
+        for weight, u in zip(steps, self.states, strict=True):
             F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
             if self.depth:
                 F[..., 2, 2] = 1.0 + (u[cells][:, :, 0] @ N.T) / (points[cells][:, :, 0] @ N.T)
@@ -58,15 +81,43 @@ class Course:
         return found
 
     def second(self, F: Floats) -> Floats:
-        """The stress that relaxes as second Piola-Kirchhoff's (n, 3, 3), Pa; where strains are small itself."""
+        """The stress that relaxes, of the measure (n, 3, 3), Pa."""
         P = self.part(F)
-        return P if self.small else np.linalg.inv(F) @ P
+        if self.measure == "small":
+            return P
+        if self.measure == "turned":
+            S = np.einsum("nki,nkj->nij", polar(F), P)
+            even: Floats = 0.5 * (S + S.transpose(0, 2, 1))
+            return even
+        size = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) if self.measure == "shape" else 1.0
+        found: Floats = size * (np.linalg.inv(F) @ P)
+        return found
 
     def relaxed(self, whole: Stress, F: Floats, held: Floats) -> Floats:
         """P of a law of which the part has relaxed (n, 3, 3), Pa."""
-        past = held if self.small else F @ held
-        found: Floats = whole(F) - float(self.g.sum()) * self.part(F) + past
+        found: Floats = whole(F) - float(self.g.sum()) * self.part(F) + self.pulled(F, held)
         return found
+
+    def pulled(self, F: Floats, held: Floats) -> Floats:
+        """P that a held stress makes (n, 3, 3), Pa."""
+        if self.measure == "small":
+            return held
+        if self.measure == "turned":
+            return 2.0 * F @ _halved(np.einsum("nki,nkj->nij", polar(F), F), held)
+        tau = F @ held @ F.transpose(0, 2, 1)  # Kirchhoff's
+        if self.measure == "shape":
+            tau = tau - np.trace(tau, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+            tau = tau * np.linalg.det(F)[:, None, None] ** (-2.0 / 3.0)
+        found: Floats = tau @ np.linalg.inv(F).transpose(0, 2, 1)
+        return found
+
+
+def _halved(U: Floats, H: Floats) -> Floats:
+    """X of U X + X U = H (n, 3, 3), by nine equations."""
+    one = np.eye(3)
+    K = np.einsum("nij,kl->nikjl", U, one) + np.einsum("ij,nkl->nikjl", one, U)
+    found: Floats = np.linalg.solve(K.reshape(-1, 9, 9), H.reshape(-1, 9, 1)).reshape(-1, 3, 3)
+    return found
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,8 @@ class CheckedRod:
 
     `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2), or (n - 1, 6)
     those of each element; modes in
-    `rigid` have no stiffness of their own, and what they carry is what balances the rest best.
+    `rigid` have no stiffness of their own, and what they carry is what balances the rest best. `gone` (n - 1, 6) of the
+    strains carry nothing any more, of a rod that has forgotten them.
     """
 
     x: Floats
@@ -35,6 +36,7 @@ class CheckedRod:
     C: Floats
     rigid: tuple[int, ...] = ()
     natural: tuple[Floats, Floats] | None = None
+    gone: Floats | None = None
 
     @cached_property
     def _at_rest(self) -> tuple[Floats, Floats]:
@@ -52,11 +54,11 @@ class CheckedRod:
         And their derivative by what rigid modes carry, (n, 6, elements, modes).
         """
         e, Ra = len(self.l), self.R[:-1]
-        theta, inverse, middle, d, A = self._elements
-        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
-        carried = Gamma * self.C[..., :3]
+        _, inverse, middle, d, A = self._elements
+        left = self.strains if self.gone is None else self.strains - self.gone
+        carried = left[:, :3] * self.C[..., :3]
         carried[:, list(self.rigid)] = 0.0
-        M = np.einsum("eij,ekj,ek->ei", Ra, inverse, (theta - self._at_rest[1]) / self.l[:, None] * self.C[..., 3:])
+        M = np.einsum("eij,ekj,ek->ei", Ra, inverse, left[:, 3:] * self.C[..., 3:])
         g = self._onto_nodes(np.einsum("eij,ej->ei", middle, carried)[:, None], M[:, None], d, A)[:, :, 0]
         unit = np.zeros((e, len(self.rigid), 3)) + middle[:, :, list(self.rigid)].transpose(0, 2, 1)
         by = np.zeros((e + 1, 6, e, len(self.rigid)))
@@ -95,6 +97,13 @@ class CheckedRod:
         Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._at_rest[0]
         bent = np.linalg.norm(arms * self.curvatures, axis=1)
         return float(bent.max()), float(np.linalg.norm(Gamma, axis=1).max())
+
+    @property
+    def strains(self) -> Floats:
+        """Stretch and shears, 1, twist and bendings, 1/m, of each element (n - 1, 6)."""
+        _, _, middle, d, _ = self._elements
+        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
+        return np.concatenate([Gamma, self.curvatures], axis=1)
 
     @property
     def curvatures(self) -> Floats:

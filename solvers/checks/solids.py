@@ -29,6 +29,7 @@ CHUNK = 16_384  # integration points at a time
 MANY = 400_000  # integration points from which forces are found again at a sample of the nodes
 SAMPLE = 20_000  # nodes of such a sample
 EPS = float(np.finfo(np.float64).eps)
+THROUGH = 1e-9  # of the largest radius: what lies that far beyond the axis is no rounding
 
 # ------------------------------------------------------------------ shape functions from their nodes
 
@@ -322,6 +323,11 @@ class CheckedBody:
         r = self.points[cells][:, :, 0] @ N.T
         return r, 1.0 + (self.u[cells][:, :, 0] @ N.T) / r
 
+    def _through(self, cells: Ints) -> Any:
+        """Which cells (m,) were drawn through the axis, as nodes tell."""
+        far = self.points[:, 0].max()
+        return np.any(self.points[cells][:, :, 0] + self.u[cells][:, :, 0] < -THROUGH * far, axis=1)
+
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
         xi, weights = rule(self.kind)
         dNdX, det = gradients(self.points, cells, self.kind, xi)
@@ -332,7 +338,8 @@ class CheckedBody:
     def volumes(self) -> tuple[Floats, Floats]:
         """Least det F of each cell at its integration points and at its nodes (m,), and the largest strain (m,).
 
-        Strain is that of Green-Lagrange: it does not see rotations.
+        Strain is that of Green-Lagrange: it does not see rotations. A ring beyond its axis is inside out, though where
+        a cell is turned over within its plane as well det F > 0.
         """
         xi = np.concatenate([rule(self.kind)[0], places(self.kind)])
         if len(places(self.kind)) == 4:  # the same everywhere
@@ -344,7 +351,8 @@ class CheckedBody:
             if self.depth:
                 within = slice(len(rule(self.kind)[0]))  # on the axis itself a ring has no length
                 F[:, within, 2, 2] = self._rings(some, xi[within])[1]
-            least.append(cofactor(F)[1].min(axis=1))
+            J = cofactor(F)[1].min(axis=1)
+            least.append(np.where(self._through(some), -np.abs(J), J) if self.depth else J)
             green = 0.5 * (np.einsum("mqkI,mqkJ->mqIJ", F, F) - np.eye(3))
             most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
         return np.concatenate(least), np.concatenate(most)

@@ -26,11 +26,13 @@ class Entry:
     support_work: float = 0.0
     damping: float = 0.0
     drift: float = 0.0
+    muscle_work: float | None = None  # of what loads do, what muscle does; None where there is none
 
     @property
     def values(self) -> tuple[float, ...]:
-        """In the order of NAMES."""
-        return tuple(float(getattr(self, name)) for name in NAMES)
+        """In the order of NAMES, and then that of muscle where there is some."""
+        known = tuple(float(getattr(self, name)) for name in NAMES)
+        return known if self.muscle_work is None else (*known, self.muscle_work)
 
 
 def open_entry(system: System, motion: Motion) -> Entry:
@@ -38,7 +40,8 @@ def open_entry(system: System, motion: Motion) -> Entry:
     kinetic = 0.5 * float(motion.v @ (system.forces.M @ motion.v))
     known = system.problem.remembering
     strain = system.forces.strain(motion.x) if known is None else known.stored(motion.x)
-    return Entry(motion, system.forces.within(motion.x), kinetic, strain)
+    muscle = 0.0 if system.problem.pulling else None
+    return Entry(motion, system.forces.within(motion.x), kinetic, strain, muscle_work=muscle)
 
 
 def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
@@ -61,7 +64,20 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     gained = here.kinetic + here.strain - last.kinetic - last.strain
     spent = (load_work - last.load_work) + (support_work - last.support_work) - (damping - last.damping)
     drift = last.drift + gained - spent
-    return replace(here, load_work=load_work, support_work=support_work, damping=damping, drift=drift)
+    muscle = _pulled(system, last, way, motion, factors)
+    return replace(
+        here, load_work=load_work, support_work=support_work, damping=damping, drift=drift, muscle_work=muscle
+    )
+
+
+def _pulled(system: System, last: Entry, way: Floats, motion: Motion, factors: Floats) -> float | None:
+    """The work of muscle since the start, J; None where there is none. The last of the loads are muscle."""
+    if last.muscle_work is None:
+        return None
+    own = factors.copy()
+    own[: len(own) - system.problem.pulling] = 0.0
+    f = 0.5 * (system.forces.pushed(last.motion.x, own) + system.forces.pushed(motion.x, own))
+    return last.muscle_work - float(f @ way)
 
 
 def finite(entry: Entry) -> bool:

@@ -141,7 +141,7 @@ class _March:
 
     def _keep(self, entry: Entry) -> None:
         self.times.append(entry.motion.time)
-        energies = dict(zip(NAMES, entry.values, strict=True))
+        energies = dict(zip(NAMES, entry.values, strict=False))
         self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
         self.entries.append(entry.values)
         self.observed.append(self.observe(entry.motion))
@@ -164,14 +164,15 @@ class _March:
 
     def _trajectory(self, complete: bool) -> Trajectory:
         times = np.array(self.times)
-        table = np.array(self.entries).reshape(-1, len(NAMES)).T
+        names = (*NAMES, "muscle_work") if self.problem.pulling else NAMES
+        table = np.array(self.entries).reshape(-1, len(names)).T
         wall, cpu = np.array(self.costs).reshape(-1, 2).T
         outcomes, lagged = self.outcomes, self.system.lagged
         return Trajectory(
             times,
             np.diff(times),
             tuple(self.observed),
-            dict(zip(NAMES, table, strict=True)),
+            dict(zip(names, table, strict=True)),
             np.array([o.iterations for o in outcomes], dtype=np.int64),
             wall,
             cpu,

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 EPS = float(np.finfo(np.float64).eps)
 MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential
+WORSE = 1.25  # times the imbalance that the best way to start had when all were tried: more, and all are tried again
+LESS = 0.97  # of it with every step, so that now and then they are
 SHORTEST = 1e-5  # part of a Newton step that is tried
 
 
@@ -57,6 +59,7 @@ class StageNewton:
         self.system = system
         self.history: list[StepIteration] = []
         self.scale = 0.0
+        self.way = 2, 0.0  # which way to start was the best when all were tried, and its imbalance, relative
 
     def solve(self, stage: Stage) -> tuple[Motion, Outcome]:
         """The end of the step. Raises StepFailed."""
@@ -218,16 +221,24 @@ class StageEquations:
         coasting = now.x + h * now.v
         speeding = coasting + 0.5 * h**2 * now.a
         coasting[fixed] = speeding[fixed] = stay[fixed]
-        ahead = self.trial(speeding)
-        if self.forces.turns and ahead.size <= MUCH * ahead.scale:
-            return ahead  # of a rod, for which trials take most of the time: it nearly balances
-        trials = [self.trial(stay), self.trial(coasting), ahead]
-        inside = [t for t in trials if t.possible]
+        ways = [stay, coasting, speeding]
+        trials: list[StageTrial | None] = [None] * len(ways)
+        if self.forces.turns:  # of a rod, for which trials take most of the time, the best way of before may do
+            way, left = self.system.newton.way
+            trials[way] = known = self.trial(ways[way])
+            if known.size <= max(MUCH, WORSE * left) * known.scale:
+                self.system.newton.way = way, LESS * left
+                return known
+        every = [self.trial(x) if known is None else known for x, known in zip(ways, trials, strict=True)]
+        inside = [t for t in every if t.possible]
         if not inside:
             raise StepFailed("the state is outside the domain of the law")
         if self.forces.conservative:
             return min(inside, key=lambda t: self.rise(inside[0], t))
-        return min(inside, key=lambda t: t.size)
+        way = min((i for i, t in enumerate(every) if t.possible), key=lambda i: every[i].size)
+        best = every[way]
+        self.system.newton.way = way, best.size / best.scale if best.scale else 0.0
+        return best
 
     def _towed(self, moved: Floats) -> StageTrial:
         """One linear step from the start of the step, for the motion of the supports over it."""

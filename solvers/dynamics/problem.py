@@ -89,6 +89,8 @@ class Dynamics:
     real-time codes do; the trajectory says which steps were and what residual was left. With cap = 1 and without
     `lagged` a step is the linearly implicit one (Baraff and Witkin 1998).
 
+    The last `pulling` of the loads are muscle, whose work is told by itself.
+
     With `remembering`, internal energies are those that its memories make of every step.
 
     With a `way` supports are at rest + way.at(support_course(t)) instead.
@@ -115,6 +117,7 @@ class Dynamics:
     sound: Callable[[Floats], bool] = field(default=lambda x: True)
     turning: Turning | None = None
     remembering: Remembering | None = None
+    pulling: int = 0
     way: Way | None = None
 
     @property

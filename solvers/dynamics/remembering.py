@@ -54,6 +54,11 @@ class Remembering:
         return self._next.stored(x)
 
     @property
+    def unknown(self) -> bool:
+        """Whether what is stored or dissipated was not found somewhere."""
+        return self._next.unknown
+
+    @property
     def lost(self) -> float:
         """What the step has dissipated, J."""
         return self._next.dissipated - self._known.dissipated

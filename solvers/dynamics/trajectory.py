@@ -49,7 +49,8 @@ class Trajectory:
     `observed` holds what the observer gave back at each time. `energies`, each (n + 1,) in J: `kinetic`, `strain`
     (internal energies), `load_work` done on the body by loads and `support_work` by moving supports since the
     start, `damping` lost by it since then, and `drift` = what kinetic and strain energy have gained beyond
-    load_work + support_work - damping: what the integrator adds (or, where negative, loses). `wall` and `cpu`
+    load_work + support_work - damping: what the integrator adds (or, where negative, loses). Where something pulls
+    within, `muscle_work` is the part of load_work that it has done. `wall` and `cpu`
     are the seconds that each step cost, failed attempts before it included, observation and energies not.
     `iterations` counts the linear systems of each accepted step, `residuals` are the relative out-of-balance forces
     (see Dynamics) that they left, `solved` says whether that meets the tolerance: without a cap, always. `lagged`

@@ -17,6 +17,7 @@ class Bedding(Dashpots):
 
     `K` (f, 3 k, 3 k) are the integrals of N_a N_b D, N/m, and the matrix of the dashpots is `lag` times that, s. This
     is Winkler's foundation, a boundary condition of Robin's (Hetenyi 1946, "Beams on Elastic Foundation", chapter 1).
+    With `along` K is (f, k, k), of that component of the nodes alone.
     """
 
     grounded = True
@@ -25,6 +26,7 @@ class Bedding(Dashpots):
     K: Floats
     lag: float = 0.0
     conservative: bool = True
+    along: int | None = None
 
     @property
     def damps(self) -> bool:
@@ -33,7 +35,9 @@ class Bedding(Dashpots):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Three degrees of freedom for each node of a facet (f, 3 k)."""
+        """Three degrees of freedom for each node of a facet (f, 3 k), or one (f, k)."""
+        if self.along is not None:
+            return 3 * self.facets + self.along
         return (3 * self.facets[:, :, None] + np.arange(3)).reshape(len(self.facets), -1)
 
     def forces(self, x: Floats) -> Floats:

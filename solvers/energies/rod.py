@@ -51,6 +51,12 @@ class RodElastic(OverElements):
         """Strains (n, 6) of the undeformed state."""
         return Segments.of(self.rest, self.elements, self.lengths).strains
 
+    def stiffened(self, stiffness: VaryingStiffness, offset: Floats) -> RodElastic:
+        """The same rod of other stiffnesses, with an offset; what is known of it at rest is not found again."""
+        made = replace(self, stiffness=stiffness, offset=offset)
+        vars(made).update(lengths=self.lengths, rest_strains=self.rest_strains)
+        return made
+
     def segments(self, x: Floats) -> Segments:
         """The elements in the state x."""
         return segments_of(x, self.elements, self.lengths)

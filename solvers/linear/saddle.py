@@ -84,11 +84,15 @@ class Saddle:
         return (y, after) if after < left else (x, left)
 
 
-def factor(K: sparse.csr_matrix, spare: Floats, make: Callable[[sparse.csr_matrix], Factor]) -> Factor:
+def factor(
+    K: sparse.csr_matrix, spare: Floats, make: Callable[[sparse.csr_matrix], Factor], halved: bool = False
+) -> Factor:
     """What solves systems with K, by `make` of a matrix with `spare` (n,) >= 0 taken from the diagonal of pressures.
 
+    Where K is nearly symmetric `make` is given its symmetric part alone (`halved`), and refinement does the rest.
     Raises what `make` does.
     """
-    softened: Any = sparse.csr_matrix((K.data.copy(), K.indices, K.indptr), shape=K.shape)
-    softened.setdiag(K.diagonal() - spare)  # which the pattern holds: its structure stays that of K
+    near = (0.5 * (K + K.T)).tocsr() if halved else K
+    softened: Any = sparse.csr_matrix((near.data.copy(), near.indices, near.indptr), shape=K.shape)
+    softened.setdiag(near.diagonal() - spare)  # which the pattern holds: its structure stays that of K
     return Saddle(make(softened), K, int(np.count_nonzero(spare)))

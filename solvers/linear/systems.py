@@ -36,7 +36,8 @@ class Linear:
 
     `cap` stops these after so many iterations, solved or not. `reuse` keeps a factor of an earlier matrix as the
     preconditioner as long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is what
-    systems with pressures need (see `saddle`): those have no cap, no reuse and double precision.
+    systems with pressures need (see `saddle`): those have no cap, no reuse and double precision. `halved` says that
+    they are nearly symmetric, so that a factor of their symmetric part will do.
     """
 
     method: Method = "auto"
@@ -45,6 +46,7 @@ class Linear:
     reuse: bool = False
     modes: Modes = None
     spare: Floats | None = field(default=None, compare=False)  # of the unknowns, as in `saddle`; None: no pressures
+    halved: bool = False
 
     @property
     def iterative(self) -> bool:
@@ -89,7 +91,9 @@ class Systems:
         method: Any = self.choice.method
         self.factorisations += 1
         if self.choice.spare is not None:
-            return saddle.factor(K, self.choice.spare, lambda K: factor(K, symmetric, method))
+            halved = self.choice.halved and not symmetric
+            own = symmetric or halved
+            return saddle.factor(K, self.choice.spare, lambda K: factor(K, own, method), halved)
         found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
         if isinstance(found, linear.RefinedFactor) and K.dtype == np.float32:
             return Single(found)  # single precision has no residual to refine by

@@ -14,7 +14,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.materials.active import Active
+from softmark.solvers.materials.active_strain import ActiveStrain
 from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
+from softmark.solvers.materials.biphasic import Biphasic
 from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.drag import Drag
@@ -71,10 +73,11 @@ DIRECTED: dict[str, type[Any]] = {  # those that know directions, on `Anisotropi
     "guccione": Guccione,
     "fung_orthotropic": FungOrthotropic,
     "active": Active,
+    "active_strain": ActiveStrain,
 }
 
 # what scenes call materials: those that are laws, and what is made around another
-WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous}, DIRECTED, MATERIALS)
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscous": Viscous, "biphasic": Biphasic}, DIRECTED, MATERIALS)
 
 
 class NoFiniteLaw(Exception):

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import FIBRES, Anisotropic, along, lengthened
+from softmark.solvers.materials.anisotropic import FIBRES, Anisotropic, along, constant_at, lengthened
 from softmark.solvers.materials.components import add_turned, displacement_gradient
+from softmark.solvers.materials.muscle import Muscle
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.frame import Frame
+    import numpy as np
+
     from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
@@ -22,13 +25,32 @@ class Tension(Anisotropic):
     psi = T/2 (|F f|^2 - 1)
     """
 
-    tension: float
+    tension: Any
     fibres: Any
     density: float = 0.0
     bulk = None
+    varying = ("tension",)
+
+    @property
+    def turning(self) -> bool:
+        """Whether its directions or its tension are made of places."""
+        return super().turning or hasattr(self.tension, "values")
+
+    @property
+    def sampled(self) -> bool:
+        """Whether its directions or its tension are arrays, those of every point of integration."""
+        return super().sampled or hasattr(self.tension, "shape")
+
+    def placed(self, X: Array, read: Any = None) -> Any:
+        """The same with its directions and its tension at points X (m, q, 3), m. Raises NoDirection."""
+        made = super().placed(X, read)
+        if not hasattr(self.tension, "values"):
+            return made
+        return replace(made, tension=constant_at(self.tension, X, read))
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        return 0.5 * self.tension * lengthened(along(displacement_gradient(f), axes[0]), axes[0])
+        psi: Array = 0.5 * self.tension * lengthened(along(displacement_gradient(f), axes[0]), axes[0])
+        return psi
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
         P: Array = (self.tension * along(f, axes[0]))[:, None] * axes[0][None]
@@ -45,34 +67,30 @@ class Tension(Anisotropic):
     @property
     def shear_modulus(self) -> float:
         """That of its stress, Pa."""
-        return abs(self.tension)
+        return float(np.abs(self.tension).max())
 
 
 @dataclass(frozen=True)
-class Active(Anisotropic):
+class Active(Muscle):
     """Muscle that pulls along its fibres with a tension, in whatever law it has at rest.
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
-    The tension grows with the loads: in a static analysis both come in the same steps, to their full size, and where it
-    has states the tension is whole in each. As it is
-    Ta f (x) f, force per area before deformation over stretch, stress along stretched fibres grows with the square of
-    their stretch. `fibres` are those of the law; one without, as rubber, takes its own here.
+    The tension grows with the loads: in a static analysis both come in the same steps, to their full size. By a
+    `course` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or of
+    a motion; without one it is whole from the start. What it does in a motion is in the balance of energy, and told by
+    itself: `muscle_work`, a part of `load_work`. As it is Ta f (x) f, force per area before deformation over stretch,
+    stress along stretched fibres grows with the square of their stretch. It may vary in space, by an expression or a
+    field. `fibres` are those of the law; one without, as rubber, takes its own here.
     Source: Land et al. (2015), Proc. R. Soc. A 471:20150641, problem 3; Nash, Hunter (2000), J. Elasticity 61:113.
     """
 
     law: Annotated[Any, "material", "the material that it is when it does not pull"]
     tension: Annotated[float, "Pa in [0, inf)", "T, of the second Piola-Kirchhoff stress along the fibres"]
     own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
-
-    @property
-    def fibres(self) -> Any:
-        """Along which it pulls; None where there are none."""
-        return getattr(self.law, "fibres", None) if self.own is None else self.own
-
-    @property
-    def passive(self) -> Any:
-        """What it is when it does not pull."""
-        return self.law
+    course: Annotated[Any | None, "course", "how the tension grows and falls; whole without"] = None
+    varying = ("density", "tension")
+    does = "tension"
+    pulls = True  # beside its law: what it does comes with the loads
 
     @property
     def pull(self) -> Tension:
@@ -82,80 +100,13 @@ class Active(Anisotropic):
     # ------------------------------------------------------------------ the sum of both
 
     def _psi(self, f: Array) -> Array:
-        psi: Array = self.law._psi(f) + self.pull._psi(f)
+        psi: Array = self.within._psi(f) + self.pull._psi(f)
         return psi
 
     def _P(self, f: Array) -> Array:
-        P: Array = self.law._P(f) + self.pull._P(f)
+        P: Array = self.within._P(f) + self.pull._P(f)
         return P
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        self.law._dPdF(f, H)
+        self.within._dPdF(f, H)
         self.pull.add_stiffness(H, self.frame.axes(f.dtype))
-
-    def _shape_psi(self, f: Array, axes: Array) -> Array:
-        raise TypeError("an active law is the sum of two")
-
-    _shape_P = _set_shape = _shape_psi  # type: ignore[assignment]
-
-    def _with_bulk(self, bulk: float) -> Any:
-        raise TypeError("an active law is taken apart by its passive one")
-
-    def finite_mixed(self) -> Any:
-        """As the passive law, with the tension in the part of shape."""
-        parts = self.law.finite_mixed()
-        return None if parts is None else (replace(self, law=parts[0]), parts[1])
-
-    # ------------------------------------------------------------------ of the passive law
-
-    @property
-    def frame(self) -> Frame:
-        """Its directions. Raises TypeError where they are made of places, and none are known."""
-        return self.pull.frame if self.own is not None else self.law.frame
-
-    @property
-    def density(self) -> Any:  # type: ignore[override]
-        """Mass per volume at rest, kg/m^3."""
-        return self.law.density
-
-    @property
-    def bulk(self) -> float | None:  # type: ignore[override]
-        """That of the law; None where its volume cannot change."""
-        return None if self.law.incompressible else self.law.bulk_modulus
-
-    @property
-    def uniform(self) -> bool:
-        """Whether its directions and constants are the same everywhere."""
-        return bool(self.law.uniform) and not hasattr(self.own, "at")
-
-    @property
-    def turning(self) -> bool:
-        """Whether its directions are made of places."""
-        return getattr(self.law, "turning", False) or hasattr(self.own, "at")
-
-    @property
-    def sampled(self) -> bool:
-        """Whether constants or directions are arrays, of every point of integration."""
-        return bool(self.law.sampled) or bool(getattr(self.own, "sampled", False))
-
-    def placed(self, X: Array, read: Any = None) -> Any:
-        """The same with its directions at points X (m, q, 3), m; `read` reads fields. Raises NoDirection."""
-        law = self.law.placed(X, read) if hasattr(self.law, "placed") else self.law
-        if not hasattr(self.own, "at"):
-            return replace(self, law=law)
-        return replace(self, law=law, own=Tension(1.0, self.own).placed(X, read).fibres)
-
-    @property
-    def shear_modulus(self) -> float:
-        """That of the law, Pa."""
-        return float(self.law.shear_modulus)
-
-    @property
-    def local_bulk(self) -> float:
-        """What of K stays at every point of a cell where a pressure takes the rest, Pa."""
-        return math.inf if self.bulk is None else self.bulk - self.pressure_modulus
-
-    @property
-    def pressure_modulus(self) -> float:
-        """M of `finite_mixed`, Pa; infinite where its volume cannot change."""
-        return float(self.law.pressure_modulus)

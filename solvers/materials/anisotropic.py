@@ -50,9 +50,10 @@ class Anisotropic(Blockwise):
     bulk: float | None
     sheets: Any = None
     thin = False
-    varying = ("density",)  # numbers that may vary in space: directions do by rules of their own
+    varying: tuple[str, ...] = ("density",)  # numbers that may vary in space: directions do by rules of their own
     directed = True  # what isotropic theories must not be asked about
     branches: tuple[tuple[float, float], ...] = ()  # nothing of it relaxes
+    pulls = False  # it has a part that comes with the loads
     sheeted = False  # it is not alike in all directions across the fibres
 
     # ------------------------------------------------------------------ the law
@@ -110,7 +111,12 @@ class Anisotropic(Blockwise):
         return self._with_bulk(self.local_bulk), VolumeRatio()
 
     def _with_bulk(self, bulk: float) -> Any:
-        return replace(self, bulk=bulk)  # type: ignore[type-var]
+        return self._with(bulk=bulk)
+
+    def _with(self, **new: Any) -> Any:
+        """The same with other fields: every law is a dataclass."""
+        own: Any = self
+        return replace(own, **new)
 
     # ------------------------------------------------------------------ directions
 
@@ -131,7 +137,7 @@ class Anisotropic(Blockwise):
     @property
     def turning(self) -> bool:
         """Whether its directions are made of places."""
-        return any(hasattr(d, "at") and not isinstance(d, Frame) for d in (self.fibres, self.sheets))
+        return any(map(of_places, (self.fibres, self.sheets)))
 
     @property
     def sampled(self) -> bool:
@@ -142,11 +148,8 @@ class Anisotropic(Blockwise):
         """The same with its directions at points X (m, q, 3), m; `read` reads fields. Raises NoDirection."""
         if not self.turning:
             return self
-        flat = X.reshape(-1, 3)
-        f, s = _at(self.fibres, flat, read), _at(self.sheets, flat, read)
-        f, known = f if isinstance(f, tuple) else (f, None)
-        s = s[0] if isinstance(s, tuple) else known if s is None else s
-        return replace(self, fibres=Frame.at(f, s, X.shape[:-1]), **self._no_sheets)  # type: ignore[type-var]
+        frame = directions_at(self.fibres, self.sheets, X, read)
+        return self._with(fibres=frame, **self._no_sheets)
 
     @property
     def _no_sheets(self) -> dict[str, None]:
@@ -211,6 +214,26 @@ def missing_sheets(material: Any) -> bool:
     rule = material.fibres
     return bool(material.sheeted and material.sheets is None and not isinstance(rule, Frame) and
                 not getattr(rule, "with_sheets", False))  # fmt: skip
+
+
+def of_places(direction: Any) -> bool:
+    """Whether a direction is made of places: expressions, or a rule, and no `Frame` of points that are known."""
+    return hasattr(direction, "at") and not isinstance(direction, Frame)
+
+
+def constant_at(profile: Any, X: Array, read: Any) -> Array:
+    """A constant that varies in space at points X (m, q, 3), m: (m, q)."""
+    found: Array = profile.values(X.reshape(-1, 3), read).reshape(X.shape[:-1])
+    return found
+
+
+def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> Frame:
+    """Directions, and rules that make them of places, at points X (m, q, 3), m. Raises NoDirection."""
+    flat = X.reshape(-1, 3)
+    f, s = _at(fibres, flat, read), _at(sheets, flat, read)
+    f, known = f if isinstance(f, tuple) else (f, None)
+    s = s[0] if isinstance(s, tuple) else known if s is None else s
+    return Frame.at(f, s, X.shape[:-1])
 
 
 def _at(direction: Any, X: Array, read: Any) -> Any:

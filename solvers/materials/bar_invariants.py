@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import expm1
 from softmark.solvers.materials.components import (
     add_carried,
     add_cross,
@@ -24,7 +26,8 @@ from softmark.solvers.materials.components import (
 )
 from softmark.solvers.materials.constraints import OfVolume
 from softmark.solvers.materials.hyperelastic import Hyperelastic
-from softmark.solvers.materials.isochoric import Isochoric, resisting
+from softmark.solvers.materials.isochoric import Isochoric, add_swelling, resisting
+from softmark.solvers.materials.principal import Principal, deviatoric, dyad
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,6 +51,11 @@ class OfBarInvariants(Isochoric):
         Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
         """
         return not self.second
+
+    @property
+    def rising(self) -> bool:
+        """Of i, a sum of exponentials of them, W that is convex and rises is."""
+        return self.convex
 
     @abstractmethod
     def energy(self, i: Array, k: Array) -> Array:
@@ -124,6 +132,30 @@ class BarInvariantLaw(Hyperelastic):
         x = (J ** (-2.0 / 3.0) * f - third * C).reshape(9, -1)
         y = None if second is None else (J ** (-4.0 / 3.0) * B - (2.0 * more) * C).reshape(9, -1)
         self._stiffen(H, self.material.curvatures(i, k), x, y)
+
+    def principal(self, e: Sequence[Number]) -> Principal:
+        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        v = e[0] + e[1] + e[2]
+        t, j = [a - v / 3.0 for a in e], expm1(v)
+        x = [expm1(2.0 * a) for a in t]
+        y = [expm1(-2.0 * a) for a in t] if self.material.second else x
+        i, k = x[0] + x[1] + x[2], y[0] + y[1] + y[2]
+        first, second = self.material.slopes(i, k)
+        ii, ik, kk = self.material.curvatures(i, k)
+        slopes, bends = [2.0 * first * a for a in x], [4.0 * first * (1.0 + a) for a in x]
+        if second is not None:
+            slopes = [s - 2.0 * second * b for s, b in zip(slopes, y, strict=True)]
+            bends = [s + 4.0 * second * (1.0 + b) for s, b in zip(bends, y, strict=True)]
+        tau, bent = deviatoric(slopes, bends)
+        X = [2.0 * (a - i / 3.0) for a in x]
+        if ii is not None:
+            dyad(bent, ii, X, X)
+        if second is not None and (ik is not None or kk is not None):
+            Y = [2.0 * (k / 3.0 - b) for b in y]
+            dyad(bent, 0.0 if ik is None else 2.0 * ik, X, Y)
+            dyad(bent, 0.0 if kk is None else kk, Y, Y)
+        swelling = add_swelling(self.constraint, self.modulus, j, tau, bent)
+        return self.material.energy(i, k) + swelling, tau, bent
 
     @staticmethod
     def _stiffen(H: Array, curvatures: tuple[Number, Number, Number], x: Array, y: Array | None) -> None:

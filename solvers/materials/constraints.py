@@ -8,10 +8,12 @@ theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:17
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import like, log1p, where
 from softmark.solvers.materials.components import (
     add_cross,
     add_diagonal,
@@ -153,7 +155,7 @@ class VolumeRatio(OfVolume):
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
         """J - 1, 1 and 0."""
-        return j, np.ones_like(j), None
+        return j, like(j, 1.0), None
 
     def _gradient(self, f: Array) -> Array:
         """cof F, without J."""
@@ -170,7 +172,7 @@ class LogarithmicVolume(OfVolume):
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
         """ln J, 1/J and -1/J^2; NaN where J <= 0."""
         first = 1.0 / (1.0 + j)
-        return np.log1p(np.where(j > -1.0, j, np.nan)), first, -first * first
+        return log1p(where(j > -1.0, j, math.nan)), first, -first * first
 
 
 class ReciprocalVolume(OfVolume):
@@ -182,7 +184,7 @@ class ReciprocalVolume(OfVolume):
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
         """(J - 1/J)/2, (1 + 1/J^2)/2 and -1/J^3; NaN where J <= 0."""
-        inverse = 1.0 / np.where(j > -1.0, 1.0 + j, np.nan)
+        inverse = 1.0 / where(j > -1.0, 1.0 + j, math.nan)
         return 0.5 * j * (1.0 + inverse), 0.5 * (1.0 + inverse**2), -(inverse**3)
 
 

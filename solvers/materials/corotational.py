@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import expm1
 from softmark.solvers.materials.blockwise import Blockwise, tensors
 from softmark.solvers.materials.components import (
     add_diagonal,
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.principal import Principal
 else:
     from softmark.solvers.base.deferred import np
 
@@ -68,6 +71,16 @@ class Corotational(Blockwise):
         r = rotation(f)
         sums = _pair_sums(stretch(r, f))
         self._write(r, _inverse(sums) * self._twist_factor(f, r), H)
+
+    def principal(self, e: Sequence[Any]) -> Principal:
+        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        h = [expm1(a) for a in e]
+        t, s = h[0] + h[1] + h[2], [1.0 + a for a in h]
+        tau = [b * (2.0 * self.mu * a + self.lam * t) for a, b in zip(h, s, strict=True)]
+        bent = [[self.lam * a * b for b in s] for a in s]
+        for a in range(3):
+            bent[a][a] = bent[a][a] + tau[a] + 2.0 * self.mu * s[a] * s[a]
+        return self.mu * sum(a * a for a in h) + 0.5 * self.lam * t * t, tau, bent
 
     def dPdF_projected(self, F: Array) -> Array:
         """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (m, 3, 3, 3, 3).

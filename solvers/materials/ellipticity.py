@@ -17,22 +17,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softmark.records import dataclass
+from softmark.solvers.materials.asked import STIFF, Bools, Held, in_blocks, law_by_law
 from softmark.solvers.materials.components import cofactor, components
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.invariants import OfInvariants, invariants
-from softmark.solvers.materials.polar import spectrum
+from softmark.solvers.materials.polar import stretches
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array
 
-Bools = NDArray[np.bool_]
 CUTS = 7  # of the triangle: a form that is nearer to zero than that tells is taken for positive
-STIFF = 1e6  # times the rest of the law: what holds a volume that must be kept
-BLOCK = 4096  # points at a time
 CORNERS = np.eye(3)
 PERMUTATIONS = ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
 PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
@@ -41,43 +36,23 @@ PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
 ])  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Held:
-    """What holds the volume beside a law: pressures (m,), Pa, on a constraint, and its modulus, infinite or of each."""
-
-    constraint: Constraint
-    modulus: Any
-    pressure: Array
-
-    def of(self, some: slice) -> Held:
-        """The same of some of the states."""
-        own = self.modulus[some] if np.ndim(self.modulus) else self.modulus
-        return Held(self.constraint, own, self.pressure[some])
-
-
 def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
-    """At which of the states F (m, 3, 3) a law is not strongly elliptic (m,); None of a law that is not isotropic.
+    """At which of the states F (m, 3, 3) a law is not strongly elliptic (m,); None where it is not known.
 
-    States outside the domain, which have no stress, are not counted.
+    Of laws with directions those that were found (acoustic.py). States outside the domain, which have no stress, are
+    not counted.
     """
-    if hasattr(law, "solid"):  # of a plate (plane_stress.py)
-        return lost(law.solid, law.opened(F))
-    found = np.zeros(len(F), dtype=np.bool_)
-    if hasattr(law, "at_rest"):  # of constants that vary (varying.py)
-        for some, own in law._blocks(len(F)):
-            part = lost(own, F[some], None if held is None else held.of(some))
-            if part is None:
-                return None
-            found[some] = part
-        return found
+    return law_by_law(_lost, law, F, held)
+
+
+def _lost(law: Any, F: Array, held: Held | None) -> Bools | None:
+    if getattr(law, "directed", False):
+        from softmark.solvers.materials import acoustic
+
+        return acoustic.lost(law, F, held)
     if not isinstance(law, Hyperelastic):
         return None
-    one = _of_invariants if isinstance(law, OfInvariants) and held is None else _isotropic
-    with np.errstate(all="ignore"):
-        for start in range(0, len(F), BLOCK):
-            some = slice(start, start + BLOCK)
-            found[some] = one(law, F[some], None if held is None else held.of(some))
-    return found
+    return in_blocks(_of_invariants if isinstance(law, OfInvariants) and held is None else _isotropic, law, F, held)
 
 
 def _of_invariants(law: Any, F: Array, held: Held | None = None) -> Bools:
@@ -97,9 +72,7 @@ def _of_invariants(law: Any, F: Array, held: Held | None = None) -> Bools:
 
 def _isotropic(law: Any, F: Array, held: Held | None) -> Bools:
     """Of any isotropic law, from its stiffness in principal axes."""
-    f = components(F)
-    C = np.einsum("iJm,iKm->JKm", f, f)
-    s = np.sqrt(np.maximum(spectrum(C)[0], 0.0)) * np.ones((3, 1))
+    s = stretches(components(F))
     s[0] *= np.where(np.linalg.det(F) < 0.0, -1.0, 1.0)
     state = np.zeros((len(F), 3, 3))
     state[:, range(3), range(3)] = s.T

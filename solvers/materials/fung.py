@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import exp, expm1
 from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.solvers.materials.law import Array
-else:
-    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
@@ -33,10 +30,10 @@ class Fung(OfBarInvariants):
         return self.mu
 
     def energy(self, i: Array, k: Array) -> Array:
-        return 0.5 * self.mu / self.b * np.expm1(self.b * i)
+        return 0.5 * self.mu / self.b * expm1(self.b * i)
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
-        return 0.5 * self.mu * np.exp(self.b * i), None
+        return 0.5 * self.mu * exp(self.b * i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
-        return 0.5 * self.mu * self.b * np.exp(self.b * i), None, None
+        return 0.5 * self.mu * self.b * exp(self.b * i), None, None

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials.anisotropic import Anisotropic, Bulk, Density, Fibres, Sheets, along, dyad
 from softmark.solvers.materials.components import (
+    add_diagonal,
     add_outer,
     add_turned,
+    cofactor,
     displacement_gradient,
     green_strain,
     product,
+    volume_change,
 )
 
 if TYPE_CHECKING:
@@ -62,6 +65,56 @@ class ExponentialOfStrain(Anisotropic):
         each = [sum(rows[a][b] * axes[b] for b in range(3)) for a in range(3)]
         found: Array = sum(axes[a][:, None] * each[a][None] for a in range(3))
         return found
+
+    def waves(self, f: Array, directions: Array, bulk: Any, tension: float) -> Array:
+        """F^-1 Q(n) F^-T / (C exp Q) of f (3, 3, m), in axes of the fibres (d, 3, 3, m), without a stiffness.
+
+        With S = C exp(Q) T, C' = F^T F and what the volume resists by `bulk`, Pa, beside the law's own: (n.T n) C'^-1 +
+        D(n) + 2 T n (x) T n + K J^2/(C exp Q) C'^-1 n (x) C'^-1 n, D v.v = sum b_ab e_ab^2 of e = sym(v (x) n). It is
+        positive where Q is. A `tension`, Pa, pulls along the fibres.
+        """
+        e = self._strains(f, self.frame.axes(f.dtype))
+        c = self.stiffness * np.exp(self._form(e))
+        T, E = np.empty((2, 3, 3, f.shape[2]), dtype=f.dtype)
+        for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True):
+            T[a, b] = T[b, a] = w * x
+            E[a, b] = E[b, a] = x
+        J = 1.0 + volume_change(displacement_gradient(f))
+        inverse = cofactor(add_diagonal(2.0 * E, 1.0)) / (J * J)
+        K = (self._resisting + bulk) * J * J / c
+        found = np.empty((len(directions), *f.shape), dtype=f.dtype)
+        for n, W in zip(directions, found, strict=True):
+            v = along(T, n)
+            stress = n[0] * v[0] + n[1] * v[1] + n[2] * v[2] + tension / c * n[0] ** 2
+            W[...] = stress * inverse + 2.0 * v[:, None] * v
+            W += self._shears(n)[:, :, None]
+            through = along(inverse, n)
+            W += K * through[:, None] * through
+        return found
+
+    def _shears(self, n: Array) -> Array:
+        """D(n) (3, 3), of b_ab e_ab^2 over all a and b."""
+        found = np.zeros((3, 3))
+        for (a, b), w in zip(PAIRS, self.exponents, strict=True):
+            if a == b:
+                found[a, a] += w * n[a] ** 2
+            else:  # 2 b e^2, e = (v_a n_b + v_b n_a)/2
+                part = np.zeros(3)
+                part[a], part[b] = n[b], n[a]
+                found += 0.5 * w * np.outer(part, part)
+        return found
+
+    def elliptic(self, f: Array) -> Array:
+        """Of which f (3, 3, m) it is sure that no wave is lost (m,), by a bound.
+
+        a n : A : a n = |a|^2 n.S n + d2psi/dE2 of e = sym(F^T a (x) n), |e|^2 >= |F^T a|^2 / 2, with S = C exp(Q) T, is
+        at least C exp(Q) (the least b / 2 (1 - 2 |E|) - |T|); K (J - 1)^2 only adds to it.
+        """
+        e = self._strains(f, self.frame.axes(f.dtype))
+        rest = [(1.0 if a == b else 2.0) * x * x for (a, b), x in zip(PAIRS, e, strict=True)]
+        size = np.sqrt(sum(rest))
+        stress = np.sqrt(sum(w * w * x for w, x in zip(self.exponents, rest, strict=True)))
+        return np.asarray(0.5 * min(self.exponents) * (1.0 - 2.0 * size) > stress)
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
         return 0.5 * self.stiffness * np.expm1(self._form(self._strains(f, axes)))

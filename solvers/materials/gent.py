@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import log1p, where
 from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.solvers.materials.law import Array
-else:
-    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
@@ -33,8 +31,18 @@ class Gent(OfBarInvariants):
     def rest_shear(self) -> float:
         return self.mu
 
+    @property
+    def ends(self) -> str | None:
+        """In a pull that keeps its volume: t^2 + 2/t - 3 = limit, the largest of three roots t by cosines."""
+        third = 1.0 + self.limit / 3.0
+        t = 2.0 * third**0.5 * math.cos(math.acos(-(third**-1.5)) / 3.0)
+        return (
+            f"its law has no state from J^(-2/3) tr F^T F - 3 = {self.limit:g} on, in a pull that keeps its volume "
+            f"from a stretch of {t:.4g} on, and near that is stiffer than numbers tell"
+        )
+
     def energy(self, i: Array, k: Array) -> Array:
-        return np.where(i < self.limit, -0.5 * self.mu * self.limit * np.log1p(-i / self.limit), np.inf)
+        return where(i < self.limit, -0.5 * self.mu * self.limit * log1p(-i / self.limit), math.inf)
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
         return 0.5 * self.mu / self._left(i), None
@@ -44,4 +52,4 @@ class Gent(OfBarInvariants):
 
     def _left(self, i: Array) -> Array:
         """1 - i/limit; NaN at the limit and beyond."""
-        return np.where(i < self.limit, 1.0 - i / self.limit, np.nan)
+        return where(i < self.limit, 1.0 - i / self.limit, math.nan)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
+from softmark.solvers.base.elementary import expm1
 from softmark.solvers.materials.components import (
     add_cross,
     add_identity,
@@ -20,6 +22,7 @@ from softmark.solvers.materials.hyperelastic import Hyperelastic
 
 if TYPE_CHECKING:
     from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.principal import Principal
 
 
 class OfInvariants(Hyperelastic):
@@ -60,6 +63,18 @@ class OfInvariants(Hyperelastic):
             add_outer(H, c * rows, C)
         add_cross(H, s * f)
         add_identity(H, a)
+
+    def principal(self, e: Sequence[Any]) -> Principal:
+        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        x, j = [expm1(2.0 * a) for a in e], expm1(e[0] + e[1] + e[2])
+        stretch, J, own = x[0] + x[1] + x[2], 1.0 + j, [1.0 + a for a in x]
+        (a, s), (c, d) = self.slopes(stretch, j), self.curvatures(stretch, j)
+        rest, bend = a + s * J, (s + d * J) * J
+        coupled = 0.0 if c is None else c * J
+        bent = [[bend + coupled * (one + other) for other in own] for one in own]
+        for k in range(3):
+            bent[k][k] = bent[k][k] + 2.0 * a * own[k]
+        return self.energy(stretch, j), [a * one + rest for one in x], bent
 
 
 def invariants(f: Array) -> tuple[Array, Array]:

@@ -7,15 +7,18 @@ modulus and Poisson's ratio at rest, parts for selective integration and for pre
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.ranges import Unfit
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import like, where
 from softmark.solvers.materials.constraints import LogarithmicVolume, OfVolume, ReciprocalVolume, VolumeRatio
 from softmark.solvers.materials.invariants import OfInvariants
 from softmark.solvers.materials.isotropic import Isotropic, is_array, within
+from softmark.solvers.materials.principal import swollen
 
 if TYPE_CHECKING:
     import numpy as np
@@ -93,6 +96,18 @@ class Isochoric(Isotropic):
         return False
 
     @property
+    def steady_above(self) -> float:  # type: ignore[override]
+        """(ln J)^2 and (J - 1/J)^2 are convex by ln J, (J - 1)^2 above 1/2."""
+        if not self.rising:
+            return math.inf
+        return 0.5 if self.volumetric == "squared" else 0.0
+
+    @property
+    def rising(self) -> bool:
+        """Whether the energy of a change of shape is known to be convex by logarithms of stretches."""
+        return False
+
+    @property
     def constraint(self) -> OfVolume:
         """g."""
         return VOLUMETRIC[self.volumetric]()
@@ -124,10 +139,11 @@ class Swelling(OfInvariants):
 
     def energy(self, stretch: Array, j: Array) -> Array:
         g = self.constraint.of(j)[0]
-        return np.where(j > -1.0, 0.5 * self.modulus * g * g, np.inf)
+        found: Array = where(j > -1.0, 0.5 * self.modulus * g * g, math.inf)
+        return found
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
-        return np.zeros_like(j), self.modulus * resisting(self.constraint, j)[0]
+        return like(j, 0.0), self.modulus * resisting(self.constraint, j)[0]
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
         return None, self.modulus * resisting(self.constraint, j)[1]
@@ -135,5 +151,16 @@ class Swelling(OfInvariants):
 
 def resisting(constraint: OfVolume, j: Array) -> tuple[Array, Array]:
     """The first two derivatives of g^2/2 by J (m,), of j = J - 1."""
-    g, first, second = constraint.of(j)
+    return _slopes(*constraint.of(j))
+
+
+def add_swelling(constraint: OfVolume, modulus: Any, j: Any, tau: list[Any], bent: list[list[Any]]) -> Any:
+    """K/2 g^2, J/m^3, of j = J - 1; tau and its derivative by logarithms of stretches (principal.py) += its own."""
+    known, J = constraint.of(j), 1.0 + j
+    g, (swell, stiffen) = known[0], _slopes(*known)
+    swollen(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)
+    return 0.5 * modulus * g * g
+
+
+def _slopes(g: Array, first: Array, second: Array | None) -> tuple[Array, Array]:
     return g * first, first * first if second is None else first * first + g * second

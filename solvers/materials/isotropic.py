@@ -37,12 +37,18 @@ class Isotropic:
     varying = ("young", "poisson", "density")  # constants that may vary in space
     thin = False  # in plane stress (plane_stress.py)
     polyconvex = False  # whether its energy is known to be: no state of it ever gives way (ellipticity.py)
+    steady_above = math.inf  # the volume ratio above which its energy is known to be convex by ln V (drucker.py)
     # of a stress that relaxes: its shares, and times in s (viscous.py)
     branches: ClassVar[tuple[tuple[float, float], ...]] = ()
 
     @property
     def gives_way(self) -> tuple[str, str] | None:
         """The constant by which its energy cannot be polyconvex at finite strain, and why; None of most."""
+        return None
+
+    @property
+    def ends(self) -> str | None:
+        """Where its law ends, in words, if there are states that it does not have for any force; None of most."""
         return None
 
     @property

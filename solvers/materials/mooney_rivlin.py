@@ -34,6 +34,11 @@ class MooneyRivlin(OfBarInvariants):
         """Without k."""
         return self.c2 == 0.0
 
+    @property
+    def rising(self) -> bool:
+        """i and k are sums of exponentials."""
+        return True
+
     def energy(self, i: Array, k: Array) -> Array:
         return self.c1 * i + self.c2 * k
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import like, log1p, where
 from softmark.solvers.materials.invariants import OfInvariants
 from softmark.solvers.materials.isotropic import Isotropic, is_array
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
-else:
-    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
@@ -36,6 +34,12 @@ class NeoHookean(OfInvariants, Isotropic):
             return None
         return "poisson", "a Poisson's ratio below 0 leaves its energy no lower bound as its volume goes to nothing"
 
+    @property
+    def steady_above(self) -> float:  # type: ignore[override]
+        """(ln J)^2 is convex, and powers of stretches are."""
+        known = not is_array(self.poisson) and isinstance(self.poisson, float | int) and self.poisson >= 0.0
+        return 0.0 if known else math.inf
+
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
@@ -48,16 +52,16 @@ class NeoHookean(OfInvariants, Isotropic):
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, lam = self.shear_modulus, self.lame_lambda
-        l = np.log1p(j)
-        return np.where(j > -1.0, 0.5 * mu * stretch - mu * l + 0.5 * lam * l * l, np.inf)
+        l = log1p(j)
+        return where(j > -1.0, 0.5 * mu * stretch - mu * l + 0.5 * lam * l * l, math.inf)
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
         mu, lam = self.shear_modulus, self.lame_lambda
-        return np.full_like(j, mu), (lam * np.log1p(j) - mu) / (1.0 + j)
+        return like(j, mu), (lam * log1p(j) - mu) / (1.0 + j)
 
     def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
         mu, lam = self.shear_modulus, self.lame_lambda
-        return None, (lam + mu - lam * np.log1p(j)) / (1.0 + j) ** 2
+        return None, (lam + mu - lam * log1p(j)) / (1.0 + j) ** 2
 
 
 class _Shear(NeoHookean):

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import exp, expm1, log1p, where
 from softmark.solvers.materials.invariants import OfInvariants
 from softmark.solvers.materials.isotropic import Isotropic, within
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
-else:
-    from softmark.solvers.base.deferred import np
 
 
 @dataclass(frozen=True)
@@ -30,6 +28,7 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
     """
 
     polyconvex = True
+    steady_above = 0.5  # (J - 1)^2 is convex by ln J there
 
     def finite_parts(self) -> tuple[Law, Law] | None:
         """The energy is linear in its two moduli, of K the first has 5 mu/3, as much as at nu = 1/4."""
@@ -53,8 +52,8 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
 
     def energy(self, stretch: Array, j: Array) -> Array:
         mu, K = self.shear_modulus, self.bulk_modulus
-        shape = stretch + np.expm1(-2.0 / 3.0 * np.log1p(j)) * (stretch + 3.0)
-        return np.where(j > -1.0, 0.5 * mu * shape + 0.5 * K * j * j, np.inf)
+        shape = stretch + expm1(-2.0 / 3.0 * log1p(j)) * (stretch + 3.0)
+        return where(j > -1.0, 0.5 * mu * shape + 0.5 * K * j * j, math.inf)
 
     def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
         m = self._isochoric_modulus(j)
@@ -66,7 +65,7 @@ class NeoHookeanIsochoric(OfInvariants, Isotropic):
 
     def _isochoric_modulus(self, j: Array) -> Array:
         """mu J^(-2/3), NaN where J <= 0."""
-        return self.shear_modulus * np.exp(-2.0 / 3.0 * np.log1p(j))
+        return self.shear_modulus * exp(-2.0 / 3.0 * log1p(j))
 
 
 class _Shear(NeoHookeanIsochoric):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.ranges import Unfit
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import exp, expm1
 from softmark.solvers.materials.stretches import OfStretches
 
 if TYPE_CHECKING:
@@ -57,6 +58,11 @@ class Ogden(OfStretches):
         return all(m * a >= 0.0 and (a >= 1.5 or a <= -3.0) for m, a in self._terms)
 
     @property
+    def rising(self) -> bool:
+        """Each term is a sum of exponentials."""
+        return all(m * a >= 0.0 for m, a in self._terms)
+
+    @property
     def gives_way(self) -> tuple[str, str] | None:
         """Two stretches alike, ln t = e, leave shears between them w''(e) / t^2, and the outermost powers rule it.
 
@@ -74,13 +80,13 @@ class Ogden(OfStretches):
         return None
 
     def energy(self, e: Array) -> Array:
-        return sum(m / a * np.expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
+        return sum(m / a * expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
 
     def slope(self, e: Array) -> Array:
-        return sum(m * np.expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
+        return sum(m * expm1(a * e) for m, a in self._terms)  # type: ignore[return-value]
 
     def curvature(self, e: Array) -> Array:
-        return sum(m * a * np.exp(a * e) for m, a in self._terms)  # type: ignore[return-value]
+        return sum(m * a * exp(a * e) for m, a in self._terms)  # type: ignore[return-value]
 
     def quotient(self, m: Array, d: Array) -> Array:
         same, apart = d == 0.0, np.sinh(d)

@@ -6,6 +6,7 @@ is a law of the motion within the plane, with the energy of the solid at that st
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
@@ -43,6 +44,11 @@ class Thin(Isotropic):
     def polyconvex(self) -> bool:  # type: ignore[override]
         """As the solid."""
         return self.of is not None and self.of.polyconvex
+
+    @property
+    def steady_above(self) -> float:  # type: ignore[override]
+        """As the solid, where that does not ask for its volume."""
+        return math.inf if self.of is None or self.of.steady_above else 0.0
 
     @property
     def branches(self) -> tuple[tuple[float, float], ...]:  # type: ignore[override]

@@ -109,6 +109,12 @@ def stretch(r: Array, f: Array) -> Array:
     return 0.5 * (s + transposed(s))
 
 
+def stretches(f: Array) -> Array:
+    """The principal stretches (3, m) of f (3, 3, m), unordered and of double precision."""
+    found: Array = np.sqrt(np.maximum(spectrum(np.einsum("iJm,iKm->JKm", f, f))[0], 0.0)) * np.ones((3, 1))
+    return found
+
+
 def spectrum(a: Array) -> tuple[Array, Array]:
     """Eigenvalues (3, m), unordered, and eigenvectors v[:, k] (3, 3, m) of symmetric a (3, 3, m).
 

@@ -93,6 +93,16 @@ class Reinforced(Anisotropic):
         """m = 2 dw/dI1 at rest, Pa: the shear modulus of the matrix."""
 
     @property
+    def polyconvex(self) -> bool:
+        """Whether its energy is: of fibres that only pull, without what resists the shear between them and sheets.
+
+        Their stress grows with I4 and I1, which are convex in F, and never falls. Source: Schroeder and Neff (2003),
+        "Invariant formulation of hyperelastic transverse isotropy based on polyconvex free energy functions".
+        """
+        slack = all(strand.onset is not None or strand.k1 == 0.0 for _, strand in self.families)
+        return slack and (self.coupled is None or self.coupled.k1 == 0.0)
+
+    @property
     def shear_modulus(self) -> float:
         """That of the matrix and what taut fibres add, Pa."""
         share = TAUT * (1.0 - 3.0 * self.dispersion) ** 2

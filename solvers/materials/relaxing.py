@@ -13,47 +13,36 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.materials import law_for
+from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.law import project
+from softmark.solvers.materials.measures import Green, Shape, Small, Turned
+from softmark.solvers.materials.resting import OfAny, of_first
 from softmark.solvers.materials.small_strain import SmallStrain
+from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.materials.law import Array, Law
+    from softmark.solvers.materials.measures import Measure
+    from softmark.solvers.materials.resting import OfFirst
     from softmark.solvers.materials.viscous import Viscous
 else:
     from softmark.solvers.base.deferred import np
-
-
-def second(law: Law, F: Array, small: bool) -> Array:
-    """The second Piola-Kirchhoff stress F^-1 P of a law, Pa (n, 3, 3); where strains are small its stress."""
-    P = law.P(F)
-    if small:
-        return P
-    S: Any = np.linalg.solve(F, P)
-    found: Array = 0.5 * (S + S.swapaxes(1, 2))
-    return found
-
-
-def strain(F: Array, small: bool) -> Array:
-    """Green's strain (n, 3, 3), or the small one."""
-    H = F - np.eye(3)
-    eps: Array = 0.5 * (H + H.swapaxes(1, 2))
-    return eps if small else eps + 0.5 * (H.swapaxes(1, 2) @ H)
 
 
 @dataclass(frozen=True, eq=False)
 class Relaxing:
     """psi = whole - lost part + held : E, over all points at once: `held` (m, q, 3, 3), Pa, is of each.
 
-    Its `part` lacks the share `lost`; E is Green's strain, or the `small` one.
+    Its `part` lacks the share `lost`; E is strain in a `measure`.
     """
 
     whole: Law
     part: Law
     lost: float
     held: Array
-    small: bool
+    measure: Measure
 
     @property
     def law(self) -> Relaxing:
@@ -62,7 +51,7 @@ class Relaxing:
 
     def of(self, which: Any, kind: Any = None) -> Relaxing:
         """The same of some cells."""
-        return Relaxing(self.whole, self.part, self.lost, self.held[which], self.small)
+        return Relaxing(self.whole, self.part, self.lost, self.held[which], self.measure)
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
         """What `measure` makes of dP/dF of the whole at rest, at every point (m, q)."""
@@ -71,26 +60,23 @@ class Relaxing:
 
     def psi(self, F: Array) -> Array:
         """Energy of the step per volume, J/m^3 (n,); +inf outside the domain of the law."""
-        E = strain(F, self.small)
-        found = self.whole.psi(F) - self.lost * self.part.psi(F) + np.einsum("nij,nij->n", self._held, E)
+        found = self.whole.psi(F) - self.lost * self.part.psi(F)
+        found += np.einsum("nij,nij->n", self._held, self.measure.strain(F))
         return np.where(np.isnan(found), np.inf, found)
 
     def P(self, F: Array) -> Array:
         """First Piola-Kirchhoff stress, Pa (n, 3, 3)."""
-        past = self._held if self.small else F @ self._held
-        return self.whole.P(F) - self.lost * self.part.P(F) + past
+        return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.pulled(F, self._held)
 
     def dPdF(self, F: Array) -> Array:
         """dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3): the stress of the past turns with F."""
         A = self.whole.dPdF(F) - self.lost * self.part.dPdF(F)
-        if not self.small:
-            for i in range(3):
-                A[:, i, :, i, :] += self._held
+        self.measure.add_tangent(F, self._held, A)
         return A
 
     def dPdF_projected(self, F: Array) -> Array:
         """The positive semi-definite 9x9 matrix nearest to dPdF, Pa (n, 3, 3, 3, 3)."""
-        return self.dPdF(F) if self.small else project(self.dPdF(F))
+        return self.dPdF(F) if isinstance(self.measure, Small) else project(self.dPdF(F))
 
     @property
     def _held(self) -> Array:
@@ -101,7 +87,8 @@ class Relaxing:
 class Series:
     """What relaxes, and how: the law of its stress, shares `g` (k,) and times `tau` (k,), s.
 
-    `mu` and `bulk` are its moduli at rest in Pa, infinite where no change of volume is of it.
+    `mu` and `bulk` are its moduli at rest in Pa, infinite where no change of volume is of it. `springs` says what those
+    of a law store and lose whose stress does not go with strain in the measure.
     """
 
     part: Law
@@ -109,12 +96,8 @@ class Series:
     tau: Array
     mu: float
     bulk: float
-    small: bool
-
-    def weights(self, h: float) -> tuple[Array, Array]:
-        """exp(-h/tau), and the mean of exp(-s/tau) over a step of h s (k,): 1 where it takes no time."""
-        z = h / self.tau
-        return np.exp(-z), -np.expm1(-z) / np.where(z > 0.0, z, 1.0) if h > 0.0 else np.ones_like(z)
+    measure: Measure
+    springs: OfFirst | OfAny | None = None
 
     def compliant(self, S: Array) -> Array:
         """S : C^-1 : S (...), J/m^3, by the moduli at rest: twice what S (..., 3, 3) stores in a small strain."""
@@ -127,8 +110,8 @@ class Series:
         return whole
 
     def stress(self, F: Array) -> Array:
-        """The second Piola-Kirchhoff stress of what relaxes, Pa (n, 3, 3)."""
-        return second(self.part, F, self.small)
+        """The stress of what relaxes that works with its strain, Pa (n, 3, 3)."""
+        return self.measure.stress(self.part, F)
 
     def energy(self, F: Array) -> Array:
         """Its energy, J/m^3 (n,)."""
@@ -136,24 +119,25 @@ class Series:
 
     def strain(self, F: Array) -> Array:
         """The strain that works with it (n, 3, 3)."""
-        return strain(F, self.small)
+        return self.measure.strain(F)
 
-    def relaxed(self, whole: Law, h: float, H: Array, S: Array, shape: tuple[int, int]) -> Relaxing:
-        """The law of a step of h s from stresses H (k, n, 3, 3) of branches and S (n, 3, 3), Pa, at points (m, q)."""
-        decay, mean = self.weights(h)
+    def relaxed(self, whole: Law, decay: Array, mean: Array, H: Array, S: Array, shape: tuple[int, int]) -> Relaxing:
+        """The law of a step from stresses H (k, n, 3, 3) of branches and S (n, 3, 3), Pa, at points (m, q).
+
+        Over it exp(-s/tau) falls to `decay` (k,), and is `mean` (k,).
+        """
         held = np.einsum("k,knij->nij", decay, H) - (self.g @ mean) * S
-        return Relaxing(whole, self.part, float(self.g @ (1.0 - mean)), held.reshape(*shape, 3, 3), self.small)
+        return Relaxing(whole, self.part, float(self.g @ (1.0 - mean)), held.reshape(*shape, 3, 3), self.measure)
 
 
 def part_of(material: Viscous, strain: str) -> Law | None:
     """The law of the stress that relaxes, in a measure of strain; None where a material has no such part."""
     elastic: Any = material.law
-    if strain == "corotational":
-        return None
     if material.of == "whole":
         return None if elastic.incompressible else law_for(elastic, strain)
-    if strain == "small":
-        return SmallStrain(elastic.shear_modulus, -2.0 / 3.0 * elastic.shear_modulus)
+    if strain != "finite":
+        mu = elastic.shear_modulus
+        return (SmallStrain if strain == "small" else Corotational)(mu, -2.0 / 3.0 * mu)
     found: Law | None = elastic.isochoric()
     return found
 
@@ -163,5 +147,10 @@ def series_of(material: Viscous, strain: str) -> Series:
     if (part := part_of(material, strain)) is None:
         raise ValueError(f"no part of it relaxes in {strain} strain")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
-    bulk = np.inf if material.of == "shape" else material.bulk_modulus
-    return Series(part, g, tau, material.shear_modulus, bulk, strain == "small")
+    whole = material.of == "whole"
+    bulk = material.bulk_modulus if whole else np.inf
+    measures: dict[str, Measure] = {"small": Small(), "corotational": Turned(), "finite": Green() if whole else Shape()}
+    linear = strain != "finite" or (whole and isinstance(material.law, StVenantKirchhoff))
+    first = None if linear or whole else of_first(material.law)
+    springs = None if linear else first or OfAny(part, material.shear_modulus, not whole)
+    return Series(part, g, tau, material.shear_modulus, bulk, measures[strain], springs)

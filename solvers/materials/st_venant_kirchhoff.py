@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import expm1
 from softmark.solvers.materials.components import (
     add_carried,
     add_cross,
@@ -25,6 +27,7 @@ from softmark.solvers.materials.isotropic import Isotropic
 if TYPE_CHECKING:
     from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
+    from softmark.solvers.materials.principal import Principal
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,18 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         add_cross(H, -mu * cofactor(f))
         add_carried(H, mu * product(f, transposed(f)))
         add_turned(H, self._S(f))
+
+    def principal(self, e: Sequence[Any]) -> Principal:
+        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        mu, lam = self.shear_modulus, self.lame_lambda
+        E = [0.5 * expm1(2.0 * a) for a in e]
+        tr = E[0] + E[1] + E[2]
+        own = [1.0 + 2.0 * a for a in E]  # squares of stretches
+        tau = [s * (lam * tr + 2.0 * mu * a) for s, a in zip(own, E, strict=True)]
+        bent = [[lam * s * other for other in own] for s in own]
+        for a in range(3):
+            bent[a][a] = bent[a][a] + 2.0 * (tau[a] + mu * own[a] * own[a])
+        return 0.5 * lam * tr * tr + mu * sum(a * a for a in E), tau, bent
 
     def _S(self, f: Array) -> Array:
         """Second Piola-Kirchhoff stress lam tr(E) I + 2 mu E (3, 3, m)."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import expm1, log1p
 from softmark.solvers.materials.components import (
     add_cross,
     add_identity,
@@ -20,12 +22,9 @@ from softmark.solvers.materials.invariants import invariants
 from softmark.solvers.materials.isotropic import Isotropic
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.solvers.materials.constraints import Constraint
     from softmark.solvers.materials.law import Array, Law
-else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.materials.principal import Principal
 
 
 @dataclass(frozen=True)
@@ -58,9 +57,8 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         return 4.0 / 3.0 * self.shear_modulus, self.lame_lambda + 5.0 / 6.0 * self.shear_modulus
 
     def _psi(self, f: Array) -> Array:
-        m, l = self._moduli
-        stretch, j = invariants(f)
-        return 0.5 * m * (stretch - np.log1p(0.25 * stretch)) + j * (0.5 * l * j - 0.75 * m)
+        psi: Array = self._energy(*invariants(f))
+        return psi
 
     def _P(self, f: Array) -> Array:
         m, l = self._moduli
@@ -80,6 +78,23 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         add_outer(H, rows, 2.0 * m / more**2 * rows)
         add_cross(H, (l * volume_change(displacement_gradient(f)) - 0.75 * m) * f)
         add_identity(H, m * (1.0 - 1.0 / more))
+
+    def principal(self, e: Sequence[Any]) -> Principal:
+        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        m, l = self._moduli
+        x, j = [expm1(2.0 * a) for a in e], expm1(e[0] + e[1] + e[2])
+        stretch, J, own = x[0] + x[1] + x[2], 1.0 + j, [1.0 + a for a in x]
+        more, soft = 0.25 * m * stretch / (stretch + 4.0), 2.0 * m / (stretch + 4.0) ** 2
+        tau = [0.75 * m * (a - j) + more * s + l * j * J for a, s in zip(x, own, strict=True)]
+        bent = [[soft * s * other + (l * (J + j) - 0.75 * m) * J for other in own] for s in own]
+        for a in range(3):
+            bent[a][a] = bent[a][a] + 2.0 * (0.75 * m + more) * own[a]
+        return self._energy(stretch, j), tau, bent
+
+    def _energy(self, stretch: Any, j: Any) -> Any:
+        """psi, J/m^3, of I1 - 3 and J - 1."""
+        m, l = self._moduli
+        return 0.5 * m * (stretch - log1p(0.25 * stretch)) + j * (0.5 * l * j - 0.75 * m)
 
 
 class _Shear(StableNeoHookean):

@@ -7,9 +7,11 @@ are 0/0. Here they are functions of m = (e_a + e_b)/2 and d = (e_a - e_b)/2, e =
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import expm1
 from softmark.solvers.materials.components import (
     displacement_gradient,
     green_strain,
@@ -19,8 +21,9 @@ from softmark.solvers.materials.components import (
 )
 from softmark.solvers.materials.constraints import OfVolume
 from softmark.solvers.materials.hyperelastic import PLANES, Hyperelastic, add_modes
-from softmark.solvers.materials.isochoric import Isochoric, resisting
+from softmark.solvers.materials.isochoric import Isochoric, add_swelling, resisting
 from softmark.solvers.materials.polar import spectrum
+from softmark.solvers.materials.principal import Principal, deviatoric
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,6 +99,14 @@ class StretchLaw(Hyperelastic):
             twist, flip = ([np.maximum(value, 0.0) for value in each] for each in (twist, flip))
         H[...] = 0.0
         add_modes(H, product(f, v) / s, v, axes, twist, flip)
+
+    def principal(self, e: Sequence[Any]) -> Principal:
+        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        v = e[0] + e[1] + e[2]
+        t, j, of = [a - v / 3.0 for a in e], expm1(v), self.material
+        tau, bent = deviatoric([of.slope(a) for a in t], [of.curvature(a) for a in t])
+        swelling = add_swelling(self.constraint, self.modulus, j, tau, bent)
+        return sum(of.energy(a) for a in t) + swelling, tau, bent
 
     def _stress(self, e: Array, j: Array) -> Array:
         """tau (3, m), Pa."""

@@ -124,7 +124,11 @@ def averaged(material: Isotropic, w: Array) -> Isotropic:
 
 
 def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
-    """The same material with other constants; of a plate, that of which it is as well."""
+    """The same material with other constants, or its law where that has them; of a plate, what it is of as well."""
+    own = vars(material)
+    if "law" in own and (its := {name: value for name, value in new.items() if name not in own}):
+        rest: Any = {name: value for name, value in new.items() if name in own}
+        return replace(material, **rest | {"law": with_constants(own["law"], its)})
     of = getattr(material, "of", None)
     more = {} if of is None else {"of": replace(of, **new)}
     return replace(material, **new, **more)

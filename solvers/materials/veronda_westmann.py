@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
+from softmark.solvers.base.elementary import exp, expm1
 from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.solvers.materials.law import Array
-else:
-    from softmark.solvers.base.deferred import np
 
 LEAST = 0.3575  # the largest ln(t^2/2) / (t^2 + 2/t - 3), at t = 1.829
 
@@ -42,10 +39,10 @@ class VerondaWestmann(OfBarInvariants):
         return "a", f"pulled, it loses its resistance to shear across, for a is not above {LEAST}"
 
     def energy(self, i: Array, k: Array) -> Array:
-        return self.c * np.expm1(self.a * i) - 0.5 * self.c * self.a * k
+        return self.c * expm1(self.a * i) - 0.5 * self.c * self.a * k
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
-        return self.c * self.a * np.exp(self.a * i), -0.5 * self.c * self.a
+        return self.c * self.a * exp(self.a * i), -0.5 * self.c * self.a
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
-        return self.c * self.a**2 * np.exp(self.a * i), None, None
+        return self.c * self.a**2 * exp(self.a * i), None, None

@@ -14,18 +14,21 @@ class Viscous:
     S(t) = S_rest + G(t) S0(0) + int_0^t G(t - s) dS0/ds ds,  G(t) = 1 - sum_i g_i (1 - exp(-t / tau_i))
 
     `law` is what the solid is when nothing has had time to relax; after a long time 1 - sum(g) of it is left. S is the
-    second Piola-Kirchhoff stress, so that rotations change nothing; where strains are small it is the stress itself.
-    `of = shape` relaxes the stress of the change of shape alone, and the bulk modulus stays: of laws that have shape
-    and volume apart, as all with `volumetric` and `neo_hookean_isochoric`, and of any law in small strain. `of = whole`
-    relaxes all of it, at a constant Poisson's ratio.
+    second Piola-Kirchhoff stress, in corotational strain Biot's, so that rotations change nothing; where strains are
+    small it is the stress itself. `of = shape` relaxes the stress of the change of shape alone, and the bulk modulus
+    stays: of laws that have shape and volume apart, as all with `volumetric` and `neo_hookean_isochoric`, and of any
+    law in small and corotational strain; at finite strain S is then that of J^(-1/3) F (Simo). `of = whole` relaxes all
+    of it, at a constant Poisson's ratio. Beams relax by sections: what stretches and bends with Young's modulus, what
+    shears and twists with the shear modulus, each by the series that it has.
 
     One term is Zener's solid (the standard linear solid) and, with g = 1, Maxwell's fluid; Kelvin and Voigt's is what a
     term comes to whose tau is far below all times that matter: with a law 1 / (1 - g) times as stiff it creeps with the
     retardation time tau / (1 - g). With a law whose stress grows exponentially it is Fung's quasi-linear theory.
 
-    Dissipated energy is the work of internal forces less what the springs of the series store. In small strain it is
-    exact. In finite strain no energy belongs to this law for every motion (it is the stress that is given): a spring
-    is taken to store what the law does under the same stress, which is exact for whatever is strained at once.
+    Dissipated energy is what the springs of the series lose: every term is a spring and a dashpot, at rest in the
+    strain under which the law has the stress that the term has lost. So there is a free energy in every motion where
+    each state is at rest under its own stress, as of all rubber of the first invariant, and no heat comes back. A law
+    that is not convex (`of = whole` where the volume grows) has stress there and no energy, which is said (W368).
     Source: Simo (1987), "On a fully three-dimensional finite-strain viscoelastic damage model", Comput. Methods Appl.
     Mech. Eng. 60:153; Puso and Weiss (1998), J. Biomech. Eng. 120:62; Fung (1993), "Biomechanics", section 7.6.
     """

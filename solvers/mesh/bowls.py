@@ -27,7 +27,8 @@ class Wall:
     """What lies between two ellipsoids about an axis, below where it is cut off; both have one centre.
 
     A point has a depth s, 0 inside and 1 outside, which tells the ellipsoid that it lies on, with semi-axes in
-    proportion, and an angle from the tip of that below, in proportion to t: 0 at the tip and 1 at the rim.
+    proportion, and an angle from the tip of that below, in proportion to t (tip + (1 - tip) t): 0 at the tip and 1 at
+    the rim, where cells are 2 - tip times as long as without.
     """
 
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
@@ -36,6 +37,7 @@ class Wall:
     outer_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
     rim: Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
     layers: Annotated[int | None, "1 in [1, 1000]", "cells through the wall; by the size without"] = None
+    tip: Annotated[float, "1 in [0.05, 1]", "how long cells are at the tip, as a part of what they are without"] = 1.0
 
     @property
     def fault(self) -> str:
@@ -50,7 +52,7 @@ class Wall:
         """Distance from the axis and place along it, m, of numbers or arrays."""
         a = self.inner + s * (self.outer - self.inner)
         b = self.inner_along + s * (self.outer_along - self.inner_along)
-        turn = t * np.arccos(-self.rim / b)
+        turn = t * (self.tip + (1.0 - self.tip) * t) * np.arccos(-self.rim / b)
         return a * np.sin(turn), -b * np.cos(turn)
 
     @property
@@ -78,7 +80,8 @@ class BowlSection(Wall, Flat):
     """Half the section of a bowl along its axis, which is the y axis: what `axisymmetric` turns into the bowl.
 
     It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
-    other, and all nodes of curved sides lie on them. `size` is that of cells where they are largest.
+    other, and all nodes of curved sides lie on them. `size` is that of cells where they are largest, with `tip = 1`;
+    with less they are shorter about the tip, and as much longer about the rim.
     """
 
     def _divided(self, size: float) -> tuple[int, int]:
@@ -126,7 +129,9 @@ class Bowl(Wall, Shape):
 
     `axis` points from the tip to the rim. Meshed with layers of hexahedra over a disc that is laid around the tip, or
     with tetrahedra made of them; nodes of curved sides lie on them, so that a coarse mesh of linear elements holds
-    less volume (the report says how much). `size` is that of cells where they are largest.
+    less volume (the report says how much). `size` is that of cells where they are largest, with `tip = 1`; with less
+    they are shorter about the tip, where fibres that wind around the axis come together, and as much longer about the
+    rim.
     """
 
     axis: Annotated[Vector3, "direction", "of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)

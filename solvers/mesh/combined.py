@@ -8,6 +8,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
+from softmark.solvers.mesh.cuts import smallest
 from softmark.solvers.mesh.filled import Enclosed, Filled, seen
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, moved
 
@@ -38,7 +39,7 @@ class Combined(Enclosed):
     other: Annotated[Any, "shape", "another that meets it"]
     facets: Annotated[float | None, "m in (0, inf)", "size of the facets of curved sides"] = None
     tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of a model's size"
+        float | None, "m in (0, inf)", "how far the mesh may be from the facets; by default 2 % of the smallest cells"
     ] = None
 
     @property
@@ -122,7 +123,8 @@ class Combined(Enclosed):
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
-        return _filled(self, _stamp(self), self.fineness(size), size, self.near(size), graded)
+        least = smallest(size, graded)
+        return _filled(self, _stamp(self), self.fineness(least), size, self.near(least), graded)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its surface, outward. Raises UnreadableMesh."""
@@ -141,8 +143,9 @@ _APART = {
 class Union(Combined):
     """What two bodies fill together, of any shapes, those read from files too; they must meet.
 
-    Curved sides are made of flat facets, whose size is half that of a model's cells, and the surfaces of both are
-    united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`). What that encloses is filled with
+    Curved sides are made of flat facets, whose size is half that of a model's cells (of the smallest, where they are
+    `finer` somewhere), and the surfaces of both are united exactly (manifold3d, the extra `solids`: `pip install
+    "softmark[solids]"`). What that encloses is filled with
     tetrahedra by the extra `meshing`, as `filled` says. The report has the volume that the facets miss, and how the
     mesh stands to its surface. Conditions are asked of the facets, which lie inside a ball and inside a hole: borders
     along curved sides need room. What a load takes of them is held against the surfaces of the shapes themselves, or of

@@ -47,6 +47,11 @@ class Cut:
         return least + (1.0 - least) * away / reach
 
 
+def smallest(size: float, cuts: Iterable[Cut]) -> float:
+    """Of cells of a size (m), that of those where they are finer: facets for others would be notches to them."""
+    return size / max((cut.finer for cut in cuts), default=1.0)
+
+
 def along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
     """The cuts of one coordinate."""
     return tuple(cut for cut in cuts if cut.axis == axis)

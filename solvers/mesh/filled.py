@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
+from softmark.solvers.mesh.cuts import smallest
 from softmark.solvers.mesh.shape import Bounds, Shape
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.filling import FilledMesh
     from softmark.solvers.mesh.shape import Surface
 
-NEAR = 0.02  # of a model's size: how far a mesh is from its surface where a scene says nothing
+NEAR = 0.02  # of a model's smallest cells: how far a mesh is from its surface where a scene says nothing
 
 
 class Enclosed(Shape):
@@ -76,7 +77,7 @@ class Filled(Enclosed):
     path: Annotated[str, "file", "the file of the surface, relative to the scene"]
     unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
     tolerance: Annotated[
-        float | None, "m in (0, inf)", "how far the mesh may be from the surface; by default 2 % of a model's size"
+        float | None, "m in (0, inf)", "how far the mesh may be from the surface; by default 2 % of the smallest cells"
     ] = None
 
     @property
@@ -116,7 +117,7 @@ class Filled(Enclosed):
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
-        return _filled(self.path, self.unit, seen(self.path), size, self.near(size), graded)
+        return _filled(self.path, self.unit, seen(self.path), size, self.near(smallest(size, graded)), graded)
 
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of the file's surface, repaired, outward. Raises UnreadableMesh."""

@@ -21,7 +21,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cuts import Cut
+from softmark.solvers.mesh.cuts import Cut, smallest
 from softmark.solvers.mesh.files.closed import Closed, normals
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, sharing, sides_of
 from softmark.solvers.mesh.files.near import closest, ends_of
@@ -40,8 +40,8 @@ LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is 
 
 @dataclass(frozen=True)
 class Filling:
-    """How a surface was filled, with cells of about `size` (m): by what, in how many seconds of CPU, no farther from it
-    than `tolerance` (m).
+    """How a surface was filled, with cells of about `size` (m) where they are smallest: by what, in how many seconds of
+    CPU, no farther from it than `tolerance` (m).
 
     `repairs` are those of the surface and of its mesh, in words; `beside` are nodes of the mesh's surface that could
     not be moved onto the other; `digest` is that of points and tetrahedra.
@@ -92,7 +92,9 @@ def filled(surface: Closed, size: float, tolerance: float, graded: tuple[Cut, ..
     points, beside = _onto(surface, Mesh(points, cells), REACH * tolerance)
     mesh = checked(points, cells, "tet4")
     digest = hashlib.sha256(mesh.points.tobytes() + mesh.cells.tobytes()).hexdigest()[:12]
-    how = Filling(surface, size, tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside)
+    how = Filling(
+        surface, smallest(size, graded), tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside
+    )
     return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=how)
 
 

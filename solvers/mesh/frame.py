@@ -317,6 +317,10 @@ class Network(Shape):
         """Whether a member holds a point, give or take 1e-9 of its length."""
         return any(member.contains(point) for member in self.members)
 
+    def hollow_at(self, point: Vector3) -> bool:
+        """Whether a point is on the axis of a member with a hole, and in none."""
+        return any(member.hollow_at(point) for member in self.members)
+
     def nearest(self, X: Floats) -> Floats:
         """The member that each point X (n, 3), m, is in or nearest to (n,), from 0."""
         found = np.array([_outside(member, X) for member in self.members])

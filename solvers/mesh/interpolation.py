@@ -12,6 +12,8 @@ from softmark.solvers.mesh.neighbours import neighbours
 
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
 BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
+STILL = 1e-13  # local coordinates that no longer move
+OUT = 0.01  # of a cell: a point so far beyond it, by the last step, is not on a face that it shares
 CHUNK = 32  # points whose distances to all cells are held at once
 
 
@@ -181,7 +183,7 @@ def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
 
 def _in_curved_cells(mesh: Mesh, X: Floats) -> Located:
     which, cell = _candidates(mesh, X)
-    xi = _local(mesh, X[which], cell)
+    xi = _local(mesh, which, X[which], cell)
     element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
     inner = element.clip(xi)
     N = element.shape(inner)
@@ -228,18 +230,25 @@ def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[In
     return np.repeat(np.arange(len(X)), count), found.ravel()
 
 
-def _local(mesh: Mesh, X: Floats, cell: Ints) -> Floats:
-    """Local points xi (p, 3) of X in cells, or of the points of the cells nearest to them: projected Newton steps."""
-    element, corners = mesh.element, mesh.points[mesh.cells[cell]]
-    xi = np.tile(np.array(element.centre), (len(X), 1))
+def _local(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
+    """Local points xi (p, 3) of X (p, 3) in cells, or of what is nearest to them there: projected Newton steps.
+
+    Each pair of a point and a cell is left alone once it does not move, and where it strives out of its cell as soon
+    as another cell holds the point, whose number is `which` (p,).
+    """
+    element = mesh.element
+    result = np.tile(np.array(element.centre), (len(X), 1))
+    moving, held = np.arange(len(X)), np.zeros(int(which.max(initial=-1)) + 1, dtype=bool)
     for _ in range(20):
+        xi, corners = result[moving], mesh.points[mesh.cells[cell[moving]]]  # (p, a, 3)
         N, dN = element.shape(xi), element.gradient(xi)
         J = np.einsum("pai,paj->pij", corners, dN)
-        rest = X - np.einsum("pa,pai->pi", N, corners)
-        step = np.linalg.solve(J, rest[:, :, None])[:, :, 0]
-        moved = element.clip(xi + step)
-        done = np.abs(moved - xi).max(initial=0.0) < 1e-13
-        xi = moved
-        if done:
+        rest = X[moving] - np.einsum("pa,pai->pi", N, corners)
+        wanted = xi + np.linalg.solve(J, rest[:, :, None])[:, :, 0]
+        moved = result[moving] = element.clip(wanted)
+        settled, without = np.abs(moved - xi).max(axis=1) < STILL, np.abs(moved - wanted).max(axis=1)
+        held[which[moving[settled & (without < STILL)]]] = True
+        moving = moving[~(settled | (held[which[moving]] & (without > OUT)))]
+        if not len(moving):
             break
-    return xi
+    return result

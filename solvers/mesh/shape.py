@@ -48,6 +48,12 @@ def cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector3:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
+def with_coordinate(point: Vector3, axis: int, value: float) -> Vector3:
+    """A point with another coordinate along x, y or z."""
+    x, y, z = (value if i == axis else c for i, c in enumerate(point))
+    return x, y, z
+
+
 def transverse(axis: Vector3) -> tuple[Vector3, Vector3]:
     """Two unit vectors that make a right-handed frame with `axis`; coordinate axes stay coordinate axes."""
     smallest = min(range(3), key=lambda i: (round(abs(axis[i]), 12), i))
@@ -286,6 +292,10 @@ class Shape:
         """Whether it holds a point, give or take 1e-9 of its size; True where that is not known."""
         return True
 
+    def hollow_at(self, point: Vector3) -> bool:
+        """Whether a point is on its axis, give or take 1e-9 of its length, within a hole: sections are around it."""
+        return False
+
 
 class Swept(Shape):
     """A body of one cross-section along an axis: what beams, and all that goes along an axis, ask of a shape.
@@ -375,6 +385,13 @@ class Swept(Shape):
         slack = 1e-9 * self.length
         s, u, v = self.own(point)
         return -slack <= s <= self.length + slack and self.section_at(s).contains(u, v, slack)
+
+    def hollow_at(self, point: Vector3) -> bool:
+        """Whether a point is on its axis, give or take 1e-9 of its length, within a hole: sections are around it."""
+        slack = 1e-9 * self.length
+        s, u, v = self.own(point)
+        on = -slack <= s <= self.length + slack and math.hypot(u, v) <= slack
+        return on and self.section_at(s).hollow is not None
 
 
 class Prism(Swept):

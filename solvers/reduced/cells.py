@@ -15,7 +15,7 @@ from softmark.solvers.energies.elastic import Together, VaryingLaw
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.loads import FollowerPressure
 
-BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures", "hoop")
+BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures", "hoop", "dNpdX")
 LAWS = ("law", "volume", "drag")  # whose constants may have a row for each cell
 MODULI = ("bulk", "compliance")  # one for all cells, or a row for each
 BY_NODE = ("X",)

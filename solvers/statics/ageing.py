@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+from typing import Any
 
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.loads import Share
 from softmark.solvers.energies.remembering import Memories
 from softmark.solvers.statics.equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
@@ -27,7 +28,8 @@ class Instant:
 class Aged:
     """A state in time: `x` at `time`, the memories of its energies, and works since the start, J.
 
-    `work` is that of internal forces, `times` and `states` are those of all steps so far, jumps among them twice.
+    `work` is that of internal forces and of fluid that is pumped, `times` and `states` are those of all steps so far,
+    jumps among them twice.
     """
 
     x: Floats
@@ -39,6 +41,7 @@ class Aged:
     states: tuple[Floats, ...] = ()
     losses: tuple[float, ...] = ()  # dissipated up to each of them, J
     history: tuple[Iteration, ...] = field(default=(), repr=False)
+    imposed: Floats | None = None  # by supports, from rest (c,), m or rad
     found: Equilibrium | None = None  # the last, with the problem that it solves
     problem: Statics | None = None
 
@@ -63,22 +66,36 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
     loads = [Share(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
-    start = before.x if before.times else None
-    step = replace(problem, assembly=problem.assembly.acting(internal, loads), target=to.target, start=start, twin=None)
+    now = replace(problem, assembly=problem.assembly.acting(internal, loads), twin=None)
+    if problem.rest.size == problem.assembly.dofs:
+        step = replace(now, target=to.target, start=before.x if before.times else None)
+    else:  # of what turns: how far it is from a state is no difference of numbers
+        imposed = to.target if before.imposed is None else to.target - before.imposed
+        step = replace(now, rest=before.x, target=imposed)
     found = equilibrium(step)
     x = found.x
     memories = before.memories.accepted(x, h)
     forces = np.zeros(problem.assembly.dofs)
     for energy in internal:
         energy.add_gradient(x, forces)
-    if h > 0.0:
-        work = 0.5 * float((before.forces + forces) @ (x - before.x))
+    if (worked := memories.worked) is not None:
+        work = worked - before.work
+    elif h > 0.0:
+        work = 0.5 * float((before.forces + forces) @ _displaced(internal, x - before.x))
+        work += memories.pumped - before.memories.pumped
     else:  # at once it is elastic, and has an energy
         work = sum(e.value(x) - e.value(before.x) for e in internal)
     after = replace(before, x=x, time=to.time, memories=memories, forces=forces, work=before.work + work, found=found,
-                    problem=step, history=before.history + found.history)  # fmt: skip
+                    problem=step, history=before.history + found.history, imposed=to.target)  # fmt: skip
     lost = after.dissipated
     return replace(after, times=(*before.times, to.time), states=(*before.states, x), losses=(*before.losses, lost))
+
+
+def _displaced(internal: Sequence[Energy], d: Floats) -> Floats:
+    """A motion (dofs,) without that of pressures, whose rows are volumes."""
+    for energy in [e for e in list[Any](internal) if e.saddle]:
+        d[energy.pressures] = 0.0
+    return d
 
 
 def followed(problem: Statics, before: Aged, instants: Sequence[Instant]) -> Aged:

@@ -9,6 +9,8 @@ ones it is what supports carry. This is iterative refinement whose last correcti
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
@@ -18,6 +20,18 @@ from softmark.solvers.statics.problem import Statics
 
 SMALL = 1e-10  # of the extent: a longer step is no matter of rounding
 BALANCED = 1e-11  # of the largest force: less is left as it is
+
+
+def resultant_on(points: Floats) -> Callable[[Floats], float]:
+    """What forces (3 n,) at points X (n, 3), m, add up to, N: the force, or the moment by the extent."""
+    arms = points - points.mean(axis=0)
+    arms /= 2.0 * float(np.linalg.norm(arms, axis=1).max())
+
+    def of(forces: Floats) -> float:
+        f = forces.reshape(-1, 3)
+        return max(float(np.linalg.norm(f.sum(axis=0))), float(np.linalg.norm(np.cross(arms, f).sum(axis=0))))
+
+    return of
 
 
 def unrounded(problem: Statics, x: Floats) -> Floats:

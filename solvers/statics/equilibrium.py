@@ -167,7 +167,7 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
         raise NotConverged("whole Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
         return replace(_settled(newton, x), started=started)
-    state, residual = _exactly(newton, x)
+    state, _, residual = _exactly(newton, x)
     sound = bool(problem.sound(state))
     found = Equilibrium(state, residual, tuple(history), 1, "cap", None, systems.name, systems.facts)
     return replace(found, sound=sound, started=started)
@@ -244,7 +244,7 @@ def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilib
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", history, facts)
     criterion = newton.criterion
-    x, residual = _exactly(newton, x)
+    x, left, residual = _balanced(newton, *_exactly(newton, x))
     if problem.exact is not None:
         criterion = "residual" if residual <= problem.tolerance else "rounding"
         if residual > problem.rounded:
@@ -257,17 +257,40 @@ def _kept(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilib
     known = _condition(newton, x) if newton.left is None else None
     condition, rounding = (None, None) if known is None else known
     follower = not problem.assembly.conservative
-    left = None if newton.left is not None else _left(newton, x)
     return replace(found, follower=follower, condition=condition, rounding=rounding, left=left)
 
 
-def _left(newton: Newton, x: Floats) -> Floats | None:
-    """The step (dofs,) that would come next, by the last factor: one gradient and one substitution."""
+def _balanced(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Floats, Floats | None, float]:
+    """A state with forces (dofs,) out of balance whose sum meets the tolerance as well: if not, a step farther, or two.
+
+    Forces at many nodes may each be small, and what supports and loads leave is their sum. With the step that would
+    come next, and the residual.
+    """
+    problem = newton.problem
+    left = None if newton.left is not None else _left(newton, g)
+    if left is None or problem.resultant is None or residual > problem.tolerance:
+        return x, left, residual
+    for _ in range(2):
+        free = np.zeros_like(g)
+        free[problem.assembly.free] = g[problem.assembly.free]
+        if problem.resultant(free) * residual <= problem.tolerance * float(np.linalg.norm(free)):
+            break
+        y = x + left
+        there, nearer = newton.residual(y, 1.0)
+        step = _left(newton, there)
+        if not nearer < residual or step is None:  # it is as good as it can be written down
+            break
+        x, g, residual, left = y, there, nearer, step
+    return x, left, residual
+
+
+def _left(newton: Newton, g: Floats) -> Floats | None:
+    """The step (dofs,) that would come next under forces g (dofs,), by the last factor: one substitution."""
     problem, last = newton.problem, newton.last
     if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
         return None
-    d = np.zeros_like(x)
-    d[problem.assembly.free] = -last.solve(problem.assembly.gradient(x, 1.0)[problem.assembly.free])
+    d = np.zeros_like(g)
+    d[problem.assembly.free] = -last.solve(g[problem.assembly.free])
     return d
 
 
@@ -311,13 +334,13 @@ def _energy_error(exact: Assembly, x: Floats) -> float:
     return float(np.sqrt(0.5 * size / energy)) if known else float("inf")
 
 
-def _exactly(newton: Newton, x: Floats) -> tuple[Floats, float]:
-    """The state with what is imposed to the last digit, and its residual, both in double precision."""
+def _exactly(newton: Newton, x: Floats) -> tuple[Floats, Floats, float]:
+    """The state with what is imposed to the last digit, its gradient and its residual, all in double precision."""
     problem = newton.problem
     if problem.exact is None:
-        return x, newton.residual(x, 1.0)[1]
+        return x, *newton.residual(x, 1.0)
     x = np.asarray(x, dtype=np.float64)
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     judge = Newton(replace(problem, assembly=problem.exact, rest=x), newton.history, newton.systems)
     judge.towed = newton.towed
-    return x, judge.residual(x, 1.0)[1]
+    return x, *judge.residual(x, 1.0)

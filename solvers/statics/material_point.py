@@ -7,84 +7,40 @@ keeps its volume has a pressure for its constraint.
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+import math
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.materials.constraints import Constraint
+from softmark.solvers.materials.constraints import Constraint, OfVolume
 from softmark.solvers.materials.law import Law
+from softmark.solvers.statics.point_state import (
+    FARTHEST,
+    HALVINGS,
+    HELD,
+    ROUNDING,
+    SETTLED,
+    STILL,
+    Drive,
+    Floats,
+    NoState,
+    PointState,
+)
+from softmark.solvers.statics.principal_point import PrincipalPoint, in_reach
 
-Floats = NDArray[np.float64]
+__all__ = ["FLAT", "Drive", "Floats", "MaterialPoint", "NoState", "PointState"]
+
 AXES = (0, 4, 8)  # the entries aa of nine
-FARTHEST = 0.7  # by how much the logarithm of a free stretch changes at most in one iteration
-STILL = 1e-14  # of a stretch: a smaller change is none
-ROUNDING = 64.0 * 2.0**-52  # of the stiffness at rest: a stress below is none
-SETTLED = 1e-9  # of the stiffness at rest: where no step lowers it, what is left of a stress may be rounding
-HALVINGS = 12  # of a step that does not lower what is left
 MOST = 20  # iterations for a part of the way
 SHORTEST = 1e-3  # of the way from rest: a part below is not tried again
 BISECTIONS = 30  # of the way from rest, to where a state is first unstable
 NOTHING = 1e-6  # of a volume: what is left of less is flat, and some laws have no stress across that
 FLAT = 1e-9  # of the stiffness at rest: what resists less gives way
-
-
-class NoState(Exception):
-    """The law has no state that is free of stress where it should be; `share` of what is imposed was reached."""
-
-    def __init__(self, share: float, stretches: Floats) -> None:
-        super().__init__(f"no state beyond {share:.3g} of what is imposed")
-        self.share = share
-        self.stretches = stretches
-
-
-@dataclass(frozen=True, eq=False)
-class Drive:
-    """What is imposed: stretches along x, y and z (3,), nan where free, the nominal stress on these (3,), Pa.
-
-    `shear` is the entry (a, b) of F beside its diagonal and its size. `driven` are the axes of what is pulled; where no
-    stretch is free and the solid keeps its volume, its pressure is what relieves the axis `relieved`.
-    """
-
-    stretches: Floats
-    stresses: Floats = field(default_factory=lambda: np.zeros(3))
-    shear: tuple[int, int, float] | None = None
-    driven: tuple[int, ...] = (0,)
-    relieved: int = 2
-
-    def at(self, share: float) -> Drive:
-        """The same at a part of its full size."""
-        sheared = None if self.shear is None else (*self.shear[:2], share * self.shear[2])
-        grown = 1.0 + share * (self.stretches - 1.0)
-        return Drive(grown, share * self.stresses, sheared, self.driven, self.relieved)
-
-    def F(self, t: Floats) -> Floats:
-        """The deformation gradient (1, 3, 3) of stretches t (3,)."""
-        F = np.diag(t)[None].copy()
-        if self.shear is not None:
-            F[0, self.shear[0], self.shear[1]] = self.shear[2]
-        return F
-
-
-@dataclass(frozen=True, eq=False)
-class PointState:
-    """A homogeneous state: F and P (3, 3), Pa, the energy per volume at rest, J/m^3, the pressure in tension, Pa.
-
-    `residual` is what is left of stress where there should be none, relative to the largest; `held` is the least
-    stiffness of what is free, `freed` the same with what is driven set free under its force, relative to that at rest:
-    what is not positive gives way.
-    """
-
-    F: Floats
-    P: Floats
-    psi: float
-    pressure: float
-    residual: float
-    iterations: int
-    held: float
-    freed: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,25 +53,56 @@ class MaterialPoint:
 
     def state(self, drive: Drive, iterations: int = 50) -> PointState:
         """The state under what is imposed. Raises NoState."""
-        if not np.any(drive.stresses):
-            found = self._sound(drive, self._newton(drive, self._guess(drive), iterations))
-            if found is not None:
-                return found
-        return self._followed(drive, iterations)
+        with np.errstate(all="ignore"):  # beyond its domain a law says inf or NaN
+            if not any(drive.stresses.tolist()):
+                way = self._way(drive)
+                found = self._sound(way, drive, way.newton(drive, way.guess(drive), iterations))
+                if found is not None:
+                    return found
+            return self._followed(drive, iterations)
 
     def first_lost(self, drive: Drive) -> PointState:
         """The state on the way from rest from which on it gives way: of one that does in the end. Raises NoState."""
+        return self._first(drive, lambda found: found.freed > FLAT)
+
+    def first_unsteady(self, drive: Drive) -> PointState:
+        """The state from which on it is not stable after Drucker: of one that is not in the end. Raises NoState."""
+        return self._first(drive, self.steady)
+
+    def steady(self, state: PointState) -> bool:
+        """Whether its law is stable after Drucker in a state, or is not asked (materials/drucker.py)."""
+        from softmark.solvers.materials.asked import Held
+        from softmark.solvers.materials.drucker import lost
+
+        held = None
+        if self.constraint is not None:
+            held = Held(self.constraint, math.inf, np.array([state.pressure]))
+        found = None if self.linear else lost(self.law, state.F[None], held)
+        return found is None or not bool(found[0])
+
+    def _first(self, drive: Drive, holds: Callable[[PointState], bool]) -> PointState:
+        """The first state on the way from rest of which something does not hold, as it does not in the end."""
         low, high, state = 0.0, 1.0, self.state(drive)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             found = self.state(drive.at(middle))
-            if found.freed > FLAT:
+            if holds(found):
                 low = middle
             else:
                 high, state = middle, found
         return state
 
-    # ------------------------------------------------------------------ Newton's method
+    # ------------------------------------------------------------------ the way to a state
+
+    def _way(self, drive: Drive) -> MaterialPoint | PrincipalPoint:
+        """What finds it: plain numbers in principal axes where that can be, else arrays."""
+        known = None if self.linear else self._principal
+        return known if known is not None and in_reach(drive) else self
+
+    @cached_property
+    def _principal(self) -> PrincipalPoint | None:
+        free = self.constraint is None or isinstance(self.constraint, OfVolume)
+        return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
 
     def _followed(self, drive: Drive, iterations: int) -> PointState:
         """The state by way of others from rest."""
@@ -123,25 +110,27 @@ class MaterialPoint:
         start: tuple[Floats, float] = (np.ones(3), 0.0)
         while reached < 1.0:
             share = min(1.0, reached + step)
-            then = self._sound(part := drive.at(share), self._newton(part, start, min(iterations, MOST)))
+            part = drive.at(share)
+            way = self._way(part)
+            then = self._sound(way, part, way.newton(part, start, min(iterations, MOST)))
             if then is not None:
                 reached, found, step = share, then, min(2.0 * step, 0.25)
                 start, total = (then.F.diagonal(), then.pressure), total + then.iterations
             elif (step := 0.5 * step) < SHORTEST:
                 raise NoState(reached, start[0])
-        return replace(found or self._told(drive, (*start, 0)), iterations=total)
+        return replace(found or self.told(drive, (*start, 0)), iterations=total)
 
-    def _sound(self, drive: Drive, found: tuple[Floats, float, int] | None) -> PointState | None:
+    def _sound(self, way: Any, drive: Drive, found: Any) -> PointState | None:
         """What is said of a state that lies in the law's domain and does not give way as it is held."""
-        if found is None:
-            return None
-        told = self._told(drive, found)
-        if self.linear:
+        told: PointState | None = None if found is None else way.told(drive, found)
+        if told is None or self.linear:
             return told
-        sound = np.isfinite(told.psi) and told.held > 0.0 and np.linalg.det(told.F) > NOTHING
+        sound = math.isfinite(told.psi) and told.held > 0.0 and told.volume > NOTHING
         return told if sound else None
 
-    def _newton(self, drive: Drive, start: tuple[Floats, float], most: int) -> tuple[Floats, float, int] | None:
+    # ------------------------------------------------------------------ Newton's method on arrays, for any law
+
+    def newton(self, drive: Drive, start: tuple[Any, float], most: int) -> tuple[Floats, float, int] | None:
         """Stretches, pressure and iterations from a start; None where it comes to no rest."""
         free = np.flatnonzero(np.isnan(drive.stretches))
         t, p = np.where(np.isnan(drive.stretches), start[0], drive.stretches), start[1]
@@ -189,7 +178,7 @@ class MaterialPoint:
         if self.constraint is None:
             return t, 0.0, 0
         F, c = drive.F(t), drive.relieved
-        if not abs(float(self.constraint.value(F)[0])) <= 1e-12:
+        if not abs(float(self.constraint.value(F)[0])) <= HELD:
             return None
         return t, -float(self.law.P(F)[0, c, c] / self.constraint.gradient(F)[0, c, c]), 0
 
@@ -230,7 +219,7 @@ class MaterialPoint:
             found = found + self.constraint.curvature(F, np.array([p]))[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         return found
 
-    def _guess(self, drive: Drive) -> tuple[Floats, float]:
+    def guess(self, drive: Drive) -> tuple[Floats, float]:
         """What free stretches would be if strains were logarithmic and small."""
         free = np.isnan(drive.stretches)
         given = np.where(free, 1.0, drive.stretches)
@@ -253,7 +242,7 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ what is told of it
 
-    def _told(self, drive: Drive, found: tuple[Floats, float, int]) -> PointState:
+    def told(self, drive: Drive, found: tuple[Floats, float, int]) -> PointState:
         """All that is said of a state."""
         t, p, iterations = found
         F, free = drive.F(t), np.flatnonzero(np.isnan(drive.stretches))

@@ -120,6 +120,9 @@ class Statics:
     four times what rounding leaves in it, and the last Newton step, with a definite tangent, was below TINY
     times the motion so far: there is no better state in this arithmetic, and it is good to that part.
 
+    The `resultant` (N) of forces (dofs,) is what they add up to; where it is given, that of what is left over meets
+    the tolerance as well, as far as a step or two with the last factor take it.
+
     Levers. `linear` says how linear systems are solved. `start` is a state from which whole steps are tried before
     those from rest. With a `cap`, whole steps are stopped after so many linear systems, and the state is what it is,
     criterion "cap"; the same where the linear solver was stopped by a cap of its own. Where `assembly` computes in
@@ -150,6 +153,7 @@ class Statics:
     exact: Assembly | None = None
     rounded: float = 1e-3
     way: Way | None = None
+    resultant: Callable[[Floats], float] | None = None
 
     @property
     def moves(self) -> bool:

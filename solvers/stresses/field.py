@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -46,6 +46,10 @@ class Stresses:
     """Of a state: nothing is computed before it is asked for, and each node once. Raises NoStress."""
 
     state: State
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what has been recovered."""
+        return {"state": self.state}
 
     @cached_property
     def _recovered(self) -> Recovered:

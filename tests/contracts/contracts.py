@@ -76,8 +76,7 @@ CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
 LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
 BEADS = 'reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.1 mm)\n'
 
-# one of each, as a scene has it; a new word needs none of these to be checked by itself
-LOADED = {
+LOADED = {  # one of each, as a scene has it; a new word needs none of these to be checked by itself
     "gravity": "gravity(1 m/s^2)",
     "tension": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
     "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
@@ -94,6 +93,9 @@ SUPPORTED = {
     "symmetric": "symmetric(bar, where = y <= -10 mm)",
     "follows": "follows(bar, where = x >= 40 mm, of = beads, reach = 15 mm)",
     "bedded": "bedded(bar, where = z <= 0 mm, stiffness = 1 kPa/mm)",
+    "level": "level(bar, where = x >= 40 mm)",
+    "drained": "drained(bar, where = x >= 40 mm)",
+    "pore_pressure": "pore_pressure(bar, where = x >= 40 mm, value = 1 kPa)",
     "hinged": "hinged(bar, where = x >= 40 mm, by = (0, 0, 1) mm, components = z)",
 }
 ANALYSED = {

@@ -187,3 +187,57 @@ def test_a_bed_along_normals_of_one_plane_lets_a_body_slide() -> None:
     bed = WHOLE.replace("10 kPa/mm", "10 kPa/mm, directions = normal")
     with pytest.raises(softmark.SceneError, match="to slide along x, to slide along y and to turn about"):
         softmark.loads(HEAD.format(nu=0, young="100 MPa") + bed + PUSH + SEEN + SMALL).run()
+
+
+# ------------------------------------------------------------------ in the plane
+
+RING = """softmark 1
+scene "a quarter of a ring on a bed"
+material stiff = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
+support foam = bedded(ring, where = x^2 + y^2 >= (20 mm)^2, stiffness = 1 kPa/mm)
+load blow = pressure(ring, where = x^2 + y^2 <= (10 mm)^2, magnitude = 1 kPa)
+probe out = point(ring, at = (20, 0, 0) mm)
+metric grown = displacement(out, along = +x)
+model coarse = fem(quad4, strain = small, size = 5 mm)
+"""
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "plane_strain(quarter_ring(inner = 10 mm, outer = 20 mm), stiff, thickness = 3 mm)",
+        "axisymmetric(quarter_ring(inner = 10 mm, outer = 20 mm), stiff)",
+    ],
+)
+def test_a_bed_around_a_ring_knows_what_its_mesh_misses(body: str) -> None:
+    """Chords of n equal arcs are short by 1 - sin(a) / a, a = pi / 4n; of rings by their mean radius as well."""
+    text = RING + f"body ring = {body}\nsupport low = symmetric(ring, where = y <= 0 mm)\n"
+    text += "support left = symmetric(ring, where = x <= 0 mm)\n" if "strain" in body else ""
+    found = softmark.loads(text).run().models["coarse"]
+    assert found.status == "converged"
+    held = found.reactions["foam"].held
+    cells = round(0.5 * math.pi * 0.02 / 0.005)
+    a = math.pi / 4.0 / cells
+    chord = math.sin(a) / a
+    assert held == pytest.approx(chord if "strain" in body else chord * _mean_of_chords(cells), rel=1e-5)
+
+
+def _mean_of_chords(cells: int) -> float:
+    """Mean distance from the axis along chords of a quarter of a unit circle, relative to that along the arcs."""
+    at = [0.5 * math.pi * i / cells for i in range(cells + 1)]
+    x = [math.cos(t) for t in at]
+    return sum(0.5 * (p + q) for p, q in zip(x[1:], x[:-1], strict=True)) / cells / (2.0 / math.pi)
+
+
+def test_an_edge_that_a_condition_cuts_is_known() -> None:
+    """Of a quarter ring below y = 3.7 mm: the wall, and both arcs up to there. Strips are cut where the border is."""
+    from softmark.interpreter.language.conditions import Condition, Term
+    from softmark.interpreter.problem.parts.outline import edged
+    from softmark.solvers.mesh.flat import QuarterRing, Slice
+
+    below = Condition.comparison("<=", Term.coordinate(1), Term.constant(0.0037), 1)
+    ring = Slice(QuarterRing(0.01, 0.02), 0.003)
+    length = 0.01 + 0.01 * math.asin(0.37) + 0.02 * math.asin(0.185)
+    assert edged(ring, below, 0.0) == pytest.approx(0.003 * length, rel=1e-7)
+    around = 0.5 * (0.02**2 - 0.01**2) + 0.01 * 0.0037 + 0.02 * 0.0037
+    assert edged(ring, below, 0.003) == pytest.approx(2.0 * math.pi * around, rel=1e-7)

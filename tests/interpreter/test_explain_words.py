@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import softmark
+from softmark.interpreter.cli.commands import explain
 from softmark.interpreter.cli.commands.explain import ABSENT, page
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.language import units
+from softmark.interpreter.language.schema import Constructor
+from softmark.solvers.materials import WORDS
 from softmark.solvers.mesh.shapes import SHAPES
 
 FAR = {  # words of mechanics, and what is near them by letters alone
@@ -96,3 +102,31 @@ def test_the_example_of_a_curve_says_along_what_it_goes(capsys: pytest.CaptureFi
     assert example.endswith(
         "curve_error(of = NAME_OF_METRIC, against = NAME_OF_REFERENCE, over = NAME_OF_ANOTHER_METRIC)"
     )
+
+
+def _measured(text: str) -> tuple[list[float], tuple[int, ...]]:
+    """The numbers of an example's value in SI, and their dimension."""
+    found = re.fullmatch(r"([\[(].*[\])]|[-\d.e+]+)\s*(\S*)", text)
+    assert found is not None, text
+    unit = units.parse(found[2]) if found[2] else None
+    factor = 1.0 if unit is None else unit.factor
+    return [factor * float(x) for x in re.findall(r"[-\d.]+", found[1])], units.NONE if unit is None else unit.dimension
+
+
+@pytest.mark.parametrize("one", explain._constructors(), ids=lambda one: f"{one.kind}-{one.name}")
+def test_what_an_example_gives_is_of_its_dimension_and_in_its_range(one: Constructor) -> None:
+    """The times of `viscous` were in mm."""
+    for field in one.fields:
+        if field.form in ("quantity", "each", "list", "vector", "vectors", "points") and field.dimension is not None:
+            values, dimension = _measured(explain._sample(field))
+            assert dimension == field.dimension, field.name
+            wanted = field.required and field.interval is not None and field.form in ("quantity", "each", "list")
+            assert not wanted or all(v in field.interval for v in values), field.name  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("word", sorted(set(WORDS) - {"active", "active_strain"}))  # around solids with fibres
+def test_the_example_of_a_material_is_one(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explain", word]) == 0
+    example = capsys.readouterr().out.partition("Example: ")[2].splitlines()[0]
+    gel = "material NAME_OF_MATERIAL = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
+    assert "NAME" in softmark.loads(gel + example + "\n").scene.of_kind("material")

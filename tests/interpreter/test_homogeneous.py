@@ -300,3 +300,41 @@ def test_far_from_rest_and_near_half_errors_are_within_what_is_stated(nu: str, l
     found, stated = dot.metrics["nominal"].value, dot.stated["nominal"].value
     assert abs(found - P) <= max(stated, 1e-12 * abs(P))
     assert stated < 1e-2 * abs(P)
+
+
+def test_a_solid_past_its_strength_is_said_to_be_so_before_it_gives_way() -> None:
+    """St Venant-Kirchhoff without a lateral strain, squeezed between walls: tau = mu s^2 (s^2 - 1) peaks at 0.707.
+
+    Waves stand still at 0.577 alone. At 0.65 the one is lost in all of the volume, the other nowhere; at 0.8 neither.
+    """
+    law = LAW.replace("neo_hookean", "st_venant_kirchhoff").replace("0.3", "0")
+    walls = STATES["confined"] + "model cells = fem(hex8, strain = finite, size = 60 mm)\n"
+    for squeeze, lost in ((0.65, True), (0.8, False)):
+        text = walls.replace("12,", f"{30.0 * (squeeze - 1.0):g},")
+        report = run(text + LOOK + "model dot = homogeneous(confined)\n", law)
+        checks, codes = report.models["cells"].solve["checks"], [w.code for w in report.warnings]
+        assert "gives_way" not in checks
+        assert "W366" not in codes
+        assert codes.count("W385") == (2 if lost else 0)
+        assert ("drucker" in checks) == lost
+        if lost:
+            assert checks["drucker"]["share"] == pytest.approx(1.0, rel=1e-9)
+            (at,) = (w.message for w in report.warnings if w.code == "W385" and "`dot`" in w.message)
+            assert "0.7071" in at
+
+
+GENT = "gent(mu = 20 kPa, limit = 30, poisson = 0.5, density = 1000 kg/m^3)"
+
+
+def test_a_law_that_ends_says_where_when_there_is_no_answer() -> None:
+    """t^2 + 2/t - 3 = 30 has its largest root at t = 5.7140; a force that has no maximum is not said to have one."""
+    far = PULL.replace("12", "240")
+    dot = run(f"{ROLLERS}{far}{LOOK}model dot = homogeneous(uniaxial)\n", GENT).models["dot"]
+    assert dot.status == "not_converged"
+    assert "a stretch of 5.714" in dot.message
+    heave = "load heave = traction(block, vector = (1e6, 0, 0) kPa, where = x >= 35 mm)\n"
+    look = "\n".join(line for line in LOOK.split("\n") if "grip" not in line)
+    dot = run(f"{ROLLERS}{heave}{look}model dot = homogeneous(uniaxial)\n", GENT).models["dot"]
+    assert dot.status == "not_converged"
+    assert "a stretch of 5.714" in dot.message
+    assert "maximum" not in dot.message

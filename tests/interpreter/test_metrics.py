@@ -45,7 +45,7 @@ def seen(X: Any = NOTHING, u: Any = NOTHING, **others: Any) -> Seen:
 def test_every_metric_says_what_its_number_is(name: str) -> None:
     made = CATALOGUE.constructor("metric", name)
     assert made is not None
-    samples = {"name": "x", "direction": (0.0, 0.0, 1.0)}
+    samples = {"name": "x", "direction": (0.0, 0.0, 1.0), "vector": (0.0, 0.0, 0.0)}
     thing = METRICS[name](**{f.attribute: samples[f.form] for f in made.fields if f.required})
     assert units.parse(thing.unit).factor == 1.0  # SI
     assert isinstance(thing.uncertain, bool)

@@ -67,6 +67,27 @@ def test_one_member_is_a_beam() -> None:
     )
 
 
+def test_forces_and_probes_may_be_on_the_axis_of_hollow_members() -> None:
+    """Where nothing is: sections take them whole, in networks, which take forces nowhere else, and in beams.
+
+    They are the same rod, to 1e-8; and P a^2 (3 L - a) / (6 E I) at the tip of a slender tube, to its shear.
+    """
+    load = (
+        "load pull = point_force(bar, at = (1, 0, 0) m, vector = (0, 900, 300) mN)\n"
+        "load rain = line_load(bar, from = (0.2, 0, 0) m, to = (1, 0, 0) m, vector = (0, 100, 0) mN/m)\n"
+    )
+    wall = "support wall = fixed(bar, where = x <= 0 m)\n"
+    tube = "body bar = solid(tube(length = 1 m, radius = 10 mm, inner = 8 mm), foam)\n"
+    ring = BEAM.replace("side = 20 mm", "radius = 10 mm, inner = 8 mm")
+    one = run(tube + wall + load + "model rod = beam6dof(segments = 20)\n" + TIP)["rod"]
+    net = run(ring + wall + load + "model net = frame6dof(segments = 20)\n" + TIP)["net"]
+    assert np.linalg.norm(tip(one) - tip(net)) < 1e-8 * np.linalg.norm(tip(one))
+    light = "load pull = point_force(bar, at = (0.5, 0, 0) m, vector = (0, 0, 1) mN)\n"
+    small = run(ring + wall + light + "model net = frame6dof(segments = 20)\n" + TIP)["net"]
+    inertia = math.pi / 4 * (0.01**4 - 0.008**4)
+    assert tip(small)[2] == pytest.approx(1e-3 * 0.5**2 * (3.0 - 0.5) / (6.0 * E * inertia), rel=3e-3)
+
+
 FRAME = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.7, 0.3, 1.2], [1.2, -0.2, 0.0], [0.6, 0.9, 1.0]])
 PAIRS = [(1, 2), (2, 3), (3, 4), (3, 5)]
 

@@ -35,7 +35,7 @@ STRESS: dict[str, Any] = {
 
 
 def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
-    found = ranges.ranges_of(STRESS, {"tets": "fem"})
+    found = ranges.ranges_of(STRESS, {"tets": "fem"}, 60.0)
     assert found["models"][0]["ranges"] == [
         {"quantity": "nu", "choice": False, "right": ["0.3", "0.4"],
          "beyond": {"up": "inaccurate as stated from 0.49"}},

@@ -274,7 +274,8 @@ expect cubes.error.at(50 %) < 1e-9 mm
 def test_the_report_has_every_state(report: softmark.Report) -> None:
     data = json.loads(report.dumps())["models"]["finite"]
     assert [own["state"] for own in data["states"]] == list(STATES)
-    assert data["metrics"]["pull"]["states"] == [own["metrics"]["pull"]["value"] for own in data["states"]]
+    pulls = [{"state": own["state"], "value": own["metrics"]["pull"]["value"]} for own in data["states"]]
+    assert data["metrics"]["pull"]["states"] == pulls  # the contract's pairs
     page, lines = html.render(report), terminal.table(report, False)
     assert 'id="states"' in page
     assert page.count('id="states-') >= len(report.models["finite"].metrics)
@@ -337,6 +338,7 @@ def test_whatever_has_a_course_says_that_it_may_be_that_of_states(kind: str) -> 
     known = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
     courses = {c.name: field for c in known if c is not None and (field := c.field("course")) is not None}
     assert len(courses) >= 2
+    courses.pop("pore_pressure", None)  # fluid flows in time: no state comes at once after another
     assert [name for name, field in courses.items() if "from state to state" not in field.meaning] == []
 
 

@@ -111,7 +111,7 @@ def test_the_measured_range_of_a_model_does_not_take_the_scene_for_judged() -> N
     up = walked(lambda nu: "right" if nu > 0.41 else "unjudged")[1:]
     one = {**study(up, POISSON, {"right": 3}), "environment": {}}
     one["studies"][0]["outlines"] = {"rod": "20 segments"}
-    entry = ranges.ranges_of(one, {"rod": "beam6dof"})["models"][0]["ranges"][0]
+    entry = ranges.ranges_of(one, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0]
     assert entry["right"] == ["0.499"] or "0.4" not in entry["right"]
     nothing = {**study(walked(lambda nu: "unjudged"), POISSON, NOWHERE), "environment": {}}
-    assert "not judged" in ranges._words(ranges.ranges_of(nothing, {"rod": "beam6dof"})["models"][0]["ranges"][0])
+    assert "not judged" in ranges._words(ranges.ranges_of(nothing, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +59,14 @@ def test_what_relaxes_is_checked_and_its_energies_add_up() -> None:
         checks, energies = state.solve["checks"], state.solve["energies_in_time"]
         assert checks["residual"] < 1e-8
         whole = energies["stored_J"] + energies["dissipated_J"]
-        assert energies["work_J"] == pytest.approx(whole, rel=5e-3)  # the trapezoidal rule in eight steps
+        assert energies["work_J"] == pytest.approx(whole, rel=6e-3)  # the trapezoidal rule in eight steps
+
+
+def test_a_report_of_what_remembers_can_be_pickled() -> None:
+    own = report((GEL + BAR + TIMED).replace("size = 5 mm", "size = 10 mm").replace("[1, 2, 4]", "[4]"))
+    copy = pickle.loads(pickle.dumps(own))
+    assert copy.to_json() == own.to_json()
+    np.testing.assert_array_equal(copy.models["cubes"].mesh.displacement, own.models["cubes"].mesh.displacement)
 
 
 def test_the_watchdog_finds_a_memory_that_forgets_wrongly(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,7 +108,17 @@ def test_a_time_is_the_same_from_the_one_before_and_from_the_start() -> None:
 
 def test_elastic_bodies_load_nothing_of_what_remembers() -> None:
     text = ELASTIC + BAR.replace(", course = ramp(over = 2 s)", "").replace("metric   heat  = dissipation(bar)\n", "")
-    words = ("ageing", "remember", "relaxing", "hereditary", "shared.viscous", "prony")
+    words = (
+        "ageing",
+        "remember",
+        "relaxing",
+        "hereditary",
+        "shared.viscous",
+        "prony",
+        "resting",
+        "stretching",
+        "in_time",
+    )
     found = {m for m in loaded_by(text) if any(w in m for w in words)}
     assert found <= {"references.prony"}  # a word of the table
 
@@ -202,20 +220,131 @@ def test_the_theory_of_what_relaxes_is_refused_where_no_share_does() -> None:
     assert codes(linear("0", "1") + MOVED.replace(", course = COURSE", "") + timed) == ["E503"]
 
 
-def test_dissipated_energy_that_comes_back_in_a_motion_is_said() -> None:
+def test_energy_of_a_law_that_is_not_convex_is_said_to_be_unknown_in_a_motion() -> None:
     """The wrong example of W368, without inertia to speak of."""
     text = """
-material gel    = viscous(neo_hookean_isochoric(young = 60 kPa, poisson = 0.49, density = 1e-3 kg/m^3), g = [0.9],
-    tau = [1] s)
+material gel    = viscous(neo_hookean(young = 60 kPa, poisson = 0.4, density = 1e-3 kg/m^3), g = [0.9], tau = [1] s,
+    of = whole)
 body     bar    = solid(box(size = (20, 10, 10) mm), gel)
-support  left   = fixed(bar, where = x <= 0 mm, components = x)
-support  front  = fixed(bar, where = y <= 0 mm, components = y)
-support  below  = fixed(bar, where = z <= 0 mm, components = z)
-support  right  = displaced(bar, where = x >= 20 mm, by = (30, 0, 0) mm, components = x, course = pulse(until = 1 s))
-analysis hold   = dynamic(duration = 2 s, step = 0.1 s)
-model    cubes  = fem(hex8, strain = finite, size = 10 mm, formulation = mean_dilatation)
+support  left   = fixed(bar, where = x <= 0 mm)
+support  front  = fixed(bar, where = y <= 0 mm or y >= 10 mm, components = y)
+support  below  = fixed(bar, where = z <= 0 mm or z >= 10 mm, components = z)
+support  right  = displaced(bar, where = x >= 20 mm, by = (10, 0, 0) mm, components = x, course = smooth(over = 1 s))
+analysis hold   = dynamic(duration = 4 s, step = 0.2 s)
+model    cubes  = fem(hex8, strain = finite, size = 10 mm)
 probe    mid    = point(bar, at = (10, 5, 5) mm)
 metric   far    = displacement(mid, along = +x)
 """
     assert "W368" in codes(text)
-    assert "W368" not in codes(text.replace("(30, 0, 0) mm", "(0.3, 0, 0) mm"))
+    assert "W368" not in codes(text.replace("(10, 0, 0) mm", "(0.1, 0, 0) mm"))
+
+
+LARGE = """
+material gel   = viscous(LAW, density = 1000 kg/m^3), g = [0.6, 0.3], tau = [0.3, 3] s OF)
+body     bar   = solid(box(size = (20, 10, 10) mm), gel)
+support  left  = fixed(bar, where = x <= 0 mm)
+support  right = displaced(bar, where = x >= 20 mm, by = (15, 5, 0) mm, course = smooth(over = 1 s))
+model    cubes = fem(hex8, strain = STRAIN, size = 10 mm)
+metric   heat  = dissipation(bar)
+metric   kept  = strain_energy(bar)
+metric   pull  = force(right, along = +x)
+analysis hold  = quasistatic(duration = 4 s, step = STEP, times = [1, 2, 4] s)
+"""
+LAWS = {
+    "neo": ("neo_hookean_isochoric(young = 60 kPa, poisson = 0.3", "", "finite"),
+    "yeoh": ("yeoh(c1 = 10 kPa, c2 = 2 kPa, c3 = 1 kPa, poisson = 0.3", "", "finite"),
+    "mooney": ("mooney_rivlin(c1 = 6 kPa, c2 = 4 kPa, poisson = 0.3", "", "finite"),
+    "whole": ("neo_hookean(young = 60 kPa, poisson = 0.2", ", of = whole", "finite"),
+    "turned": ("linear_elastic(young = 60 kPa, poisson = 0.3", ", of = whole", "corotational"),
+}
+
+
+def large(law: str, step: str) -> Report:
+    own, of, strain = LAWS[law]
+    text = LARGE.replace("LAW", own).replace("OF", of).replace("STRAIN", strain)
+    return report(text.replace("STEP", step))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", sorted(LAWS))
+def test_work_at_large_strain_is_what_is_stored_and_what_is_lost(law: str) -> None:
+    """Pulled by 75 % and sheared within a second, and held: what is left of the three falls with the square of the
+    step, from less than 4 % of the work; and what is lost never falls, whatever the step."""
+    off = []
+    for step in ("0.2 s", "0.1 s"):
+        own = large(law, step).models["cubes"]
+        assert own.status == "converged", own.message
+        heat = own.curve("heat").values
+        assert 0.0 < heat[0] < heat[1] < heat[2]
+        known = own.each[0].solve["energies_in_time"]
+        off.append(abs(known["work_J"] - known["stored_J"] - known["dissipated_J"]) / known["work_J"])
+    assert off[0] < 0.04
+    assert off[1] < 0.45 * off[0]
+
+
+# ------------------------------------------------------------------ in the frame that turns with the material
+
+BIOT = """
+material gel   = viscous(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],
+    tau = [1, 10] s, of = OF)
+body     bar   = solid(box(size = (20, 10, 10) mm), gel)
+support  left  = fixed(bar, where = x <= 0 mm, components = x)
+support  front = fixed(bar, where = y <= 0 mm, components = y)
+support  below = fixed(bar, where = z <= 0 mm, components = z)
+support  right = displaced(bar, where = x >= 20 mm, by = (6, 0, 0) mm, components = x, course = ramp(over = 2 s))
+model    cubes = fem(ELEMENT, strain = corotational, size = 10 mm)
+metric   pull  = force(right, along = +x)
+analysis hold  = quasistatic(duration = 4 s, step = 0.5 s, times = [1, 2, 4] s)
+"""
+
+
+@pytest.mark.parametrize(
+    ("element", "nu", "of"),
+    [
+        ("hex8", "0.3", "whole"),
+        ("hex8, formulation = mixed", "0.5", "shape"),
+        pytest.param("tet4", "0.3", "whole", marks=pytest.mark.slow),
+        pytest.param("tet10", "0.3", "whole", marks=pytest.mark.slow),
+        pytest.param("tet10, formulation = mixed", "0.5", "shape", marks=pytest.mark.slow),
+    ],
+)
+def test_biots_stress_relaxes_in_proportion_to_the_stretch(element: str, nu: str, of: str) -> None:
+    """E A (l - 1), ramped to 30 % in 2 s: the hereditary integral of a ramp, exact at any step, at large strain too."""
+    own = report(BIOT.replace("ELEMENT", element).replace("NU", nu).replace("OF", of)).models["cubes"]
+    assert own.status == "converged", own.message
+    for t, pull, state in zip((1.0, 2.0, 4.0), own.curve("pull").values, own.each, strict=True):
+        te = min(t, 2.0)
+        left = sum(g * tau * (np.exp((te - t) / tau) - np.exp(-t / tau)) for g, tau in ((0.3, 1.0), (0.2, 10.0)))
+        assert pull == pytest.approx(6.0 * 0.15 * (0.5 * te + left), rel=1e-8)
+        assert state.solve["checks"]["residual"] < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["trapezoidal", "midpoint", "bdf2", "central_differences"])
+def test_in_motion_small_and_corotational_strain_agree_and_a_beam_with_lumped_solids(integrator: str) -> None:
+    """A bar at nu = 0 under 1 % of E: it does not turn, so that both strains are one; a beam has its mass at nodes."""
+    text = """
+material gel  = viscous(linear_elastic(young = 60 kPa, poisson = 0, density = 1000 kg/m^3), g = [0.3, 0.2],
+    tau = [0.01, 1] s, of = whole)
+body     bar  = solid(box(size = (40, 10, 10) mm), gel)
+support  left = fixed(bar, where = x <= 0 mm)
+load     pull = traction(bar, where = x >= 40 mm, vector = (600, 0, 0) Pa)
+probe    end  = point(bar, at = (40, 5, 5) mm)
+metric   far  = displacement(end, along = +x)
+model    cubes = fem(hex8, strain = small, size = 10 mm, mass = lumped)
+model    turns = fem(hex8, strain = corotational, size = 10 mm, mass = lumped)
+model    rod   = beam6dof(segments = 4)
+"""
+    text += f"analysis time = dynamic(duration = 60 ms, step = 0.5 ms, integrator = {integrator})\n"
+    found = {name: model.metrics["far"].value for name, model in report(text).models.items()}
+    assert found["turns"] == pytest.approx(found["cubes"], rel=1e-8)
+    assert found["rod"] == pytest.approx(found["cubes"], rel=1e-7)
+
+
+@pytest.mark.parametrize("model", ["modal(cubes, modes = 2)", "pod(cubes, modes = 2)"])
+def test_reduced_models_are_refused_what_relaxes(model: str) -> None:
+    text = linear() + "load pull = traction(bar, where = x >= 20 mm, vector = (600 Pa, 0 Pa, 0 Pa))\n"
+    text += f"model few = {model}\nanalysis t = quasistatic(duration = 2 s, step = 0.25 s, times = [1, 2] s)\n"
+    assert codes(text + "probe p = point(bar, at = (20, 5, 5) mm)\nmetric u = displacement(p, along = +x)\n") == [
+        "E358"
+    ]

@@ -13,18 +13,55 @@ LAWS = ("small", "corotational", "neo_hookean", "st_venant_kirchhoff")  # and on
 STEPS = ("trapezoidal", "bdf2", "central_differences")  # one step with velocities, several steps, explicit
 
 QUICK: dict[str, dict[str, tuple[str, ...]]] = {
+    "tests/interpreter/test_first_touch.py": {"test_a_rod_imports_nothing_while_its_clock_runs": NONE},
+    "tests/interpreter/test_sandbox.py": {
+        "test_checking_and_planning_open_nothing_but_the_scene_its_folder_and_softmark": NONE,
+    },
+    "tests/interpreter/test_files_and_selections.py": {"test_studies_of_one_model_are_not_stopped_by_another": NONE},
+    "tests/interpreter/test_turned.py": {"test_a_turn_that_cells_cannot_follow_is_no_answer": NONE},
+    "tests/solvers/test_peers.py": {
+        "test_neo_hookean_logarithmic_against_felupe": NONE,
+        "test_neo_hookean_isochoric_against_felupe": NONE,
+    },
+    "tests/interpreter/test_made_once.py": {"test_a_comparison_compiles_each_variation_once": NONE},
+    "tests/interpreter/test_fuzz_scenes.py": {"test_some_are_sound_and_every_constructor_occurs": NONE},
+    "tests/grammar/test_extremes.py": {"test_what_is_long_and_right_is_parsed": NONE},
+    "tests/grammar/test_print.py": {"test_comments_anywhere_are_kept": NONE},
+    "tests/test_architecture.py": {"test_kernels_on_disk_are_loaded_without_the_compiler": NONE},
+    "tests/solvers/test_rod_tendons.py": {
+        "test_the_tangent_in_motion_is_the_derivative_of_the_forces": ("TurnedGuides",),
+    },
+    "tests/solvers/test_elements.py": {
+        "test_points_on_faces_edges_and_corners_have_the_values_that_any_cell_there_gives": NONE,
+    },
+    "tests/interpreter/test_viscous.py": {
+        "test_elastic_bodies_load_nothing_of_what_remembers": NONE,
+        "test_energy_of_a_law_that_is_not_convex_is_said_to_be_unknown_in_a_motion": NONE,
+    },
+    "tests/interpreter/test_study_review.py": {
+        "test_warnings_belong_to_the_models_that_they_are_about": NONE,
+        "test_what_only_refines_is_one_problem": NONE,
+        "test_a_model_that_is_measured_against_is_a_truth_too": NONE,
+    },
     "tests/interpreter/test_authors_mesh.py": {"test_tip": NONE, "test_distance_from_the_scan": NONE},
     "tests/interpreter/test_cli_run.py": {"test_interruption_keeps_what_was_finished": NONE},
     "tests/interpreter/test_compare_page.py": {"test_in_chromium": ("usual",)},
     "tests/interpreter/test_compile.py": {"test_ten_thousand_lines": NONE},
     "tests/interpreter/test_converged_beam.py": {"test_tip_within_half_a_per_cent_of_the_length": ("hex8",)},
     "tests/interpreter/test_fuzz_corpus.py": {"test_reading_a_scene_does_nothing_but_read": NONE},
-    "tests/interpreter/test_environment.py": {"test_a_journal_that_does_not_fit": NONE},
+    "tests/interpreter/test_environment.py": {
+        "test_a_reader_that_goes_away": NONE,
+        "test_terminals_that_lack_characters": NONE,
+        "test_a_journal_that_does_not_fit": NONE,
+    },
     "tests/interpreter/test_incompressible.py": {
         "test_the_limit_in_a_scene": ("0.4999-", "0.5"),
         "test_forms_agree_and_say_nothing_of_locking": NONE,
     },
-    "tests/interpreter/test_levers.py": {"test_levers_that_cost_no_accuracy": NONE},
+    "tests/interpreter/test_levers.py": {
+        "test_a_capped_state_has_its_metrics_and_its_residual": NONE,
+        "test_levers_that_cost_no_accuracy": NONE,
+    },
     "tests/interpreter/test_large_stretch.py": {
         "test_three_times_its_length_in_every_formulation": ("equibiaxial",),
         "test_a_gripped_strip_at_three_times_its_length": NONE,
@@ -75,7 +112,10 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_it_comes_to_rest_where_the_static_analysis_is": NONE,
         "test_a_free_bar_flies_on_and_turns_about_its_centre": NONE,
     },
-    "tests/interpreter/test_moving_networks.py": {"test_momenta_of_a_free_star": NONE},
+    "tests/interpreter/test_moving_networks.py": {
+        "test_it_moves_alike_seen_from_another_side": NONE,
+        "test_momenta_of_a_free_star": NONE,
+    },
     "tests/interpreter/test_groups.py": {"test_a_scene_without_groups_imports_nothing_for_them": NONE},
     "tests/interpreter/test_regions.py": {"test_a_scene_without_regions_loads_none_of_this": NONE},
     "tests/interpreter/test_plane.py": {
@@ -93,13 +133,19 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_shapes_in_chromium": ("500",),
     },
     "tests/interpreter/test_self_converged.py": {
+        "test_the_report_says_what_it_is_worth": NONE,
+        "test_metrics_carry_its_uncertainty": NONE,
         "test_a_sheared_column": ("methods2",),
         "test_a_hanging_column_is_round": NONE,
         "test_a_short_round_beam_is_that_of_another_method": NONE,
         "test_a_pressed_column": ("methods1",),
     },
-    "tests/interpreter/test_stated.py": {"test_the_error_in_a_norm_of_strains_is_stated_in_it": NONE},
+    "tests/interpreter/test_stated.py": {
+        "test_no_model_is_silent_about_an_error": NONE,
+        "test_the_error_in_a_norm_of_strains_is_stated_in_it": NONE,
+    },
     "tests/interpreter/test_stated_finer.py": {
+        "test_the_displacement_of_a_point_has_one_in_metres": NONE,
         "test_they_hold_the_true_ones_and_shrink_with_the_mesh": ("tet4",),
         "test_elements_that_lock_have_one_that_holds_or_none": ("hex8",),
         "test_what_means_of_the_volume_leave_out_is_no_error_of_a_strain": NONE,
@@ -112,15 +158,31 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_shares_of_oblique_sections_against_points": ("0", "3", "5"),
     },
     "tests/interpreter/test_study_clock.py": {
+        "test_what_is_done_already_is_not_done_again": NONE,
         "test_a_run_beside_a_busy_loop_is_flagged": NONE,
         "test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own": NONE,
     },
-    "tests/interpreter/test_study_cli.py": {"test_a_model_is_timed_once_the_second_time_from_the_journal": NONE},
-    "tests/interpreter/test_study_pool.py": {"test_a_cluster_finds_the_same": NONE},
+    "tests/interpreter/test_study_cli.py": {
+        "test_a_variation_in_error_is_a_failed_point_and_status_3": NONE,
+        "test_python_keeps_a_folder_that_is_named": NONE,
+        "test_a_folder_with_finished_tasks_is_refused_unless_told": NONE,
+        "test_an_unfinished_journal_is_gone_on_with": NONE,
+        "test_what_has_changed_between_two_results": NONE,
+        "test_a_model_is_timed_once_the_second_time_from_the_journal": NONE,
+    },
+    "tests/interpreter/test_study_pool.py": {
+        "test_a_killed_worker_of_ours": NONE,
+        "test_one_worker_and_two_find_the_same_as_this_process": NONE,
+        "test_a_cluster_finds_the_same": NONE,
+    },
     "tests/interpreter/test_supports_as_geometry.py": {
+        "test_scenes_of_the_library_get_the_meshes_that_they_had": NONE,
         "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0", "1"),
     },
-    "tests/interpreter/test_watchdog.py": {"test_solids_with_pressures_are_checked_again": NONE},
+    "tests/interpreter/test_watchdog.py": {
+        "test_loads_on_surfaces_and_imposed_motion_are_checked": NONE,
+        "test_solids_with_pressures_are_checked_again": NONE,
+    },
     "tests/solvers/test_polygonal_shapes.py": {
         "test_turned_bodies_are_met_with_the_order_of_the_facets": ("tip-", "tube-"),
         "test_the_whole_surface_is_closed_and_of_its_area": ("cone-",),
@@ -175,6 +237,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/solvers/test_folds.py": {"test_none_is_missed_and_none_is_blamed": ("tet10", "hex8", "hex20")},
     "tests/solvers/test_jit.py": {
+        "test_an_edited_callee_is_never_answered_from_the_cache": NONE,
         "test_a_kernel_that_was_spoilt_is_compiled_anew": ("cut off",),
         "test_a_source_that_is_edited_while_a_process_starts": NONE,
         "test_a_folder_in_the_place_of_a_kernel_is_done_without": NONE,

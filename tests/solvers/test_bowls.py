@@ -31,7 +31,7 @@ def test_area_and_volume_are_integrals(rim: float) -> None:
     assert Bowl(*WALL, rim).volume == pytest.approx(math.pi * between(rim, 2), rel=1e-8)
 
 
-@pytest.mark.parametrize("more", [{}, PLACED], ids=["along z", "anywhere"])
+@pytest.mark.parametrize("more", [{}, PLACED, {"tip": 0.3}], ids=["along z", "anywhere", "finer about the tip"])
 @pytest.mark.parametrize("kind", ["hex20", "hex27", "tet10", "hex8"])
 def test_nodes_lie_on_the_wall_and_its_rim(kind: str, more: dict[str, tuple[float, float, float]]) -> None:
     """All nodes of curved sides on them, those between corners too, but of linear elements' sides between; a flat rim.
@@ -79,6 +79,16 @@ def test_a_section_has_its_layers_and_turns_into_the_bowl() -> None:
     assert x.min() == 0.0
     assert y.max() == 0.005
     assert float(mesh.volumes.sum()) == pytest.approx(section.area * 1e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("tip", [1.0, 0.4])
+def test_cells_are_shorter_about_the_tip(tip: float) -> None:
+    """Along the inner side of a section, of 16 cells: (15 tip + 1) / 16 of the mean at the tip, 2 - that at the rim."""
+    section = BowlSection(*WALL, 0.005, 1, tip)
+    _, z = section(np.zeros(17), np.linspace(0.0, 1.0, 17))
+    steps = np.diff(np.arccos(-z / 0.017)) / np.arccos(-0.005 / 0.017) * 16.0
+    assert steps[0] == pytest.approx((15.0 * tip + 1.0) / 16.0, rel=1e-9)
+    assert steps[-1] == pytest.approx(2.0 - (15.0 * tip + 1.0) / 16.0, rel=1e-9)
 
 
 def test_walls_that_are_not_there_are_refused() -> None:

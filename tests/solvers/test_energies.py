@@ -13,6 +13,7 @@ from softmark.solvers.energies.elastic import Together
 from softmark.solvers.energies.energy import Energy, Lagging
 from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.energies.pressures import MixedSolid
+from softmark.solvers.energies.seeping import Seeping
 
 METHODS = {"value", "add_gradient", "add_hessian"}
 KNOWN = sorted(
@@ -39,7 +40,7 @@ def test_every_energy_derives_from_energy(cls: type[Energy]) -> None:
 
 
 def test_which_energies_are_otherwise() -> None:
-    assert {MixedSolid.__name__} == {cls.__name__ for cls in KNOWN if cls.saddle}
+    assert {MixedSolid.__name__, Seeping.__name__} == {cls.__name__ for cls in KNOWN if cls.saddle}
     assert Together in KNOWN
     assert len(KNOWN) >= 12
     assert not DeadForces.saddle

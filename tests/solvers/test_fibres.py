@@ -9,31 +9,42 @@ from typing import Any
 import numpy as np
 import pytest
 from deformations import close, difference, rotations
+from directed_laws import F0, GUCCIONE, S0
+from directed_laws import LAWS as COMMON
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from softmark.solvers.checks import fibres as checks
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.active import Active
+from softmark.solvers.materials.active_strain import ActiveStrain
 from softmark.solvers.materials.frame import Frame, NoDirection
+from softmark.solvers.materials.muscle import Muscle
 from softmark.solvers.materials.reinforced import Strand
 
 Array = NDArray[np.float64]
 
-F0, S0 = (2.0, 1.0, -0.5), (0.3, 1.0, 0.2)
-GUCCIONE = DIRECTED["guccione"](1.0, 8.0, 2.0, 4.0, 1.0, F0, 3.0)
 LAWS: dict[str, Any] = {
-    "guccione": GUCCIONE,
-    "fung": DIRECTED["fung_orthotropic"](1.0, 8.0, 5.0, 2.0, 4.0, 3.0, 1.0, 1.0, F0, S0, 2.0),
-    "tendon": DIRECTED["transversely_isotropic"](1.0, 2.0, 3.0, 1.0, F0, "tension", 4.0),
-    "linear fibres": DIRECTED["transversely_isotropic"](1.0, 2.0, 0.0, 1.0, F0, "both", 4.0),
-    "artery": DIRECTED["holzapfel_gasser_ogden"](1.0, 2.0, 3.0, 0.7, 1.0, F0, S0, 0.1, 5.0),
-    "heart": DIRECTED["holzapfel_ogden"](1.0, 2.0, 3.0, 1.0, 2.0, 1.0, 0.5, 2.0, 1.0, F0, S0, 3.0),
-    "muscle": DIRECTED["active"](GUCCIONE, 2.0),
-    "active rubber": DIRECTED["active"](MATERIALS["neo_hookean"](1.0, 0.3, 1.0), 2.0, F0),
-}
-AROUND = {"guccione", "tendon", "linear fibres", "muscle", "active rubber"}  # alike all around the fibres
-PASSIVE = [name for name in LAWS if not isinstance(LAWS[name], Active)]
+    **COMMON,
+    "active gent": DIRECTED["active"](MATERIALS["gent"](1.0, 30.0, poisson=0.3, density=1.0), 2.0, F0),
+    "short": DIRECTED["active_strain"](GUCCIONE, 0.2),
+    "short heart": DIRECTED["active_strain"](
+        DIRECTED["holzapfel_ogden"](1.0, 2.0, 3.0, 1.0, 2.0, 1.0, 0.5, 2.0, 1.0, F0, S0, 3.0), 0.1),
+    "short rubber": DIRECTED["active_strain"](MATERIALS["neo_hookean"](1.0, 0.3, 1.0), 0.3, F0),
+    "long gent": DIRECTED["active_strain"](MATERIALS["gent"](1.0, 30.0, poisson=0.3, density=1.0), -0.3, F0),
+}  # fmt: skip
+AROUND = {
+    "guccione",
+    "tendon",
+    "linear fibres",
+    "muscle",
+    "active rubber",
+    "active gent",
+    "short",
+    "short rubber",
+    "long gent",
+}  # alike all around the fibres
+PASSIVE = [name for name in LAWS if not isinstance(LAWS[name], Muscle)]
 
 
 def gradients(m: int = 40) -> Array:
@@ -104,8 +115,12 @@ def test_other_formulas_agree(name: str) -> None:
     """S = 2 dpsi/dC in axes along the fibres, of the checks; muscle is what it is at ease, and its tension."""
     law, F = LAWS[name], gradients()
     if isinstance(law, Active):
-        pull = checks.pull_of(law.tension, np.array([law.fibres]))(F)
-        close(law.law.P(F) + pull, law.P(F), 1e-12)
+        pull = checks.pull_of(np.array([law.tension]), np.array([law.fibres]))(F)
+        close(law.within.P(F) + pull, law.P(F), 1e-12)
+        return
+    if isinstance(law, ActiveStrain):
+        again = checks.shortened(law.within.P, np.array([law.shortening]), np.array([law.fibres]))
+        close(again(F), law.P(F), 1e-12)
         return
     axes = law.frame.axes(np.float64)[..., 0][None]
     close(checks.stress_of(law, axes, law.bulk)(F), law.P(F), 1e-12)
@@ -130,9 +145,23 @@ def test_with_a_pressure_it_is_the_same_law(name: str) -> None:
         assert law.poisson < replace(law, bulk=None).poisson == 0.5
 
 
+@pytest.mark.parametrize("name", [name for name in LAWS if isinstance(LAWS[name], ActiveStrain)])
+def test_short_fibres_are_at_rest_where_nothing_holds_them(name: str) -> None:
+    """At F = Fa, of determinant one, is no stress; at F = I rubber has that of fibres stretched by 1 / (1 - s)."""
+    law = LAWS[name]
+    s, f = law.shortening, law.frame.axes(np.float64)[0, :, 0]
+    Fa = (1.0 - s) * np.outer(f, f) + (1.0 - s) ** -0.5 * (np.eye(3) - np.outer(f, f))
+    assert np.linalg.det(Fa) == pytest.approx(1.0, rel=1e-14)
+    assert np.abs(law.P(Fa[None])).max() < 1e-14
+    if name == "short rubber":  # mu (l^2 - 1/l) of the difference along and across, which no pressure changes
+        sigma, mu, stretch = law.P(np.eye(3)[None])[0], law.law.shear_modulus, 1.0 / (1.0 - s)
+        across = np.trace(sigma) - f @ sigma @ f
+        assert f @ sigma @ f - 0.5 * across == pytest.approx(mu * (stretch**2 - 1.0 / stretch), rel=1e-13)
+
+
 def along(law: Any, frame: Frame) -> Any:
     """The same law with other directions."""
-    if isinstance(law, Active):
+    if isinstance(law, Muscle):
         return replace(law, own=frame) if law.own is not None else replace(law, law=along(law.law, frame))
     return replace(law, fibres=frame, **({"sheets": None} if "sheets" in vars(law) else {}))
 

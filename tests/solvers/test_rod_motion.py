@@ -28,6 +28,7 @@ from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import chain, rod_at_rest
+from softmark.solvers.energies.turning.loads import TurnedMoments
 from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.linear.chains import ChainSolver
 
@@ -145,6 +146,21 @@ def test_the_tangent_of_a_load_that_turns_is_the_derivative_of_its_forces() -> N
     load, x = TurnedLoad(chart, Arm(1, rng.normal(size=3), rng.normal(size=3))), rng.normal(size=18)
     found = differences(lambda y: gradient(load, y), x)
     np.testing.assert_allclose(tangent(load, x), found, rtol=0, atol=1e-8)
+
+
+def test_moments_in_motion_are_those_at_rest() -> None:
+    """On two nodes, in a state that is turned far: forces by the general way, the tangent that and central differences.
+
+    To rounding, of moments of about 1.
+    """
+    rng, problem = np.random.default_rng(6), gum(4)
+    chart = chart_of(problem)
+    chart.q0 = product(chart.q0, exponential(rng.normal(size=(4, 3))))
+    moments, x = RodMoments(np.array([1, 3]), rng.normal(size=(2, 3))), rng.normal(size=24)
+    load, other = TurnedMoments(chart, moments), TurnedLoad(chart, moments)
+    np.testing.assert_allclose(gradient(load, x), gradient(other, x), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(tangent(load, x), tangent(other, x), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(tangent(load, x), differences(lambda y: gradient(load, y), x), rtol=0, atol=1e-8)
 
 
 def test_a_chain_solver_solves_what_is_not_symmetric() -> None:

@@ -10,23 +10,27 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.checks.hereditary import Course
+from softmark.solvers.checks.hereditary import Course, weights
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.remembering import Remembering
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.remembering import Memories, Memory
+from softmark.solvers.energies.remembering import Memories, Memory, fading
+from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.materials.measures import Green, Measure, Shape, Small, Turned
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.relaxing import Relaxing, Series
+from softmark.solvers.materials.resting import of_first
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.mesh.interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 
 G, TAU = np.array([0.3, 0.2]), np.array([1.0, 10.0])
 LEFT = 1.0 - G.sum()
+SMALL = Small()
 BAR = SmallStrain(0.5, 0.0)  # E = 1 without lateral contraction
 
 
@@ -40,8 +44,8 @@ def cell(law=BAR):
     return Elastic(mesh.cells, parts.dNdX, parts.w, law), x.ravel(), mesh
 
 
-def series(law=BAR, mu=0.5, small=True, g=G, tau=TAU, bulk=1.0 / 3.0):
-    return Series(law, g, tau, mu, bulk, small)
+def series(law=BAR, mu=0.5, measure=SMALL, g=G, tau=TAU, bulk=1.0 / 3.0, springs=None):
+    return Series(law, g, tau, mu, bulk, measure, springs)
 
 
 def pull(memory: Memory) -> float:
@@ -55,7 +59,7 @@ def followed(course, times, law=BAR, **more):
     memory, last, forces = Memory.at_rest(energy, series(law, **more)), 0.0, []
     for t in times:
         memory, last = memory.accepted(course(t) * along, t - last), t
-        forces.append(pull(memory) * (1.0 if memory.series.small else 1.0 + course(t)))
+        forces.append(pull(memory) * (1.0 if memory.series.measure is SMALL else 1.0 + course(t)))
     return memory, np.array(forces)
 
 
@@ -119,7 +123,7 @@ def test_the_loss_tangent_to_five_digits() -> None:
     """Of the steps themselves, whose sums are geometric: ginf + sum g f (e - 1) / (e - exp(-h/tau)), e = exp(i w h)."""
     for w, storage, tangent in LOSSES:
         h = 2.0 * np.pi / w / 1000.0
-        decay, mean = series().weights(h)
+        decay, mean, _ = fading(h, series().tau)
         e = np.exp(1j * w * h)
         modulus_of = LEFT + (G * mean * (e - 1.0) / (e - decay)).sum()
         assert modulus_of.real == pytest.approx(storage, abs=1e-5)
@@ -184,7 +188,7 @@ def test_fungs_exponential_law_by_a_law_of_one_number() -> None:
 
     def found(steps: int):
         times = np.concatenate([np.linspace(0.0, 1.0, steps + 1)[1:], [2.0, 5.0, 20.0]])
-        _, forces = followed(lambda t: np.sqrt(1.0 + 0.2 * min(t, 1.0)) - 1.0, times, Fung(), small=False)
+        _, forces = followed(lambda t: np.sqrt(1.0 + 0.2 * min(t, 1.0)) - 1.0, times, Fung(), measure=Green())
         stretch = np.sqrt(1.0 + 0.2 * np.minimum(times, 1.0))
         return (forces / stretch)[[steps // 2 - 1, *range(steps - 1, steps + 3)]] - known
 
@@ -193,13 +197,13 @@ def test_fungs_exponential_law_by_a_law_of_one_number() -> None:
     assert np.abs(found(200)).max() < 1e-5
 
 
-@pytest.mark.parametrize("small", [True, False])
-def test_the_law_of_a_step_has_the_derivatives_that_it_says(small: bool) -> None:
+@pytest.mark.parametrize("measure", [SMALL, Green(), Shape(), Turned()], ids=lambda m: type(m).__name__)
+def test_the_law_of_a_step_has_the_derivatives_that_it_says(measure: Measure) -> None:
     rng = np.random.default_rng(1)
-    law = BAR if small else NeoHookean(1.0, 0.3, 1.0)
-    part = BAR if small else NeoHookeanIsochoric(1.0, 0.3, 1.0).isochoric()
+    law = BAR if measure is SMALL else NeoHookean(1.0, 0.3, 1.0)
+    part = BAR if measure is SMALL else NeoHookeanIsochoric(1.0, 0.3, 1.0).isochoric()
     held = rng.normal(0.0, 0.3, (2, 3, 3, 3))
-    step = Relaxing(law, part, 0.3, held + held.swapaxes(2, 3), small)
+    step = Relaxing(law, part, 0.3, held + held.swapaxes(2, 3), measure)
     F = np.eye(3) + rng.normal(0.0, 0.1, (6, 3, 3))
     d, eps = rng.normal(0.0, 1.0, (6, 3, 3)), 1e-6
     slope = (step.psi(F + eps * d) - step.psi(F - eps * d)) / (2.0 * eps)
@@ -213,7 +217,7 @@ def test_a_turn_of_the_body_turns_its_stress_and_leaves_its_memory() -> None:
     """Objectivity: the same history, followed by a rotation at once."""
     law = NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
-    memory = Memory.at_rest(energy, series(law, small=False)).accepted(0.5 * along, 0.7)
+    memory = Memory.at_rest(energy, series(law, measure=Green())).accepted(0.5 * along, 0.7)
     a = 0.9
     R = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
     x = mesh.points + (0.5 * along).reshape(-1, 3)
@@ -229,7 +233,8 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
     law = NeoHookeanIsochoric(1.0, 0.3, 1.0)
     energy, along, _ = cell(law)
     shape = law.isochoric()
-    memory = Memory.at_rest(energy, series(shape, mu=law.shear_modulus, small=False, bulk=np.inf))
+    known = series(shape, mu=law.shear_modulus, measure=Shape(), bulk=np.inf, springs=of_first(law))
+    memory = Memory.at_rest(energy, known)
     memory = memory.accepted(along, 0.0)  # twice as long
     assert memory.stored == pytest.approx(0.0, abs=1e-14)
     assert memory.dissipated == pytest.approx(0.0, abs=1e-14)
@@ -242,26 +247,31 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
 def test_the_integral_over_the_past_weighs_short_steps_as_exactly_as_long_ones() -> None:
     """g (1 - exp(-z)) / z = g (1 - z/2 + z^2/6) of the last step, whose z was a difference of exponentials."""
     for z in (1e-12, 2e-8, 1e-6):
-        weights = Course([1.0, 1.0 + z], [], BAR.P, np.array([0.5]), np.array([1.0]), True).weights()
+        found = weights([1.0, 1.0 + z], np.array([0.5]), np.array([1.0]))
         z = (1.0 + z) - 1.0
-        assert weights[-1] == pytest.approx(0.5 * (1.0 - z / 2.0 + z * z / 6.0), rel=1e-14)
+        assert found[-1] == pytest.approx(0.5 * (1.0 - z / 2.0 + z * z / 6.0), rel=1e-14)
 
 
-def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion() -> None:
-    law = NeoHookean(1.0, 0.3, 1.0)
+@pytest.mark.parametrize(("measure", "word"), [(Green(), "green"), (Shape(), "shape"), (Turned(), "turned")])
+def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(measure: Measure, word: str) -> None:
+    law = Corotational(0.4, 0.6) if word == "turned" else NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
     rng = np.random.default_rng(5)
-    memory, states, times, t = Memory.at_rest(energy, series(law, small=False)), [], [], 0.0
+    memory, states, times, t = Memory.at_rest(energy, series(law, measure=measure)), [], [], 0.0
     for h in (0.0, 0.3, 1e-9, 2.0, 50.0, 0.0, 0.01):
         t += h
         x = 0.2 * along + rng.normal(0.0, 0.05, 24)
         memory = memory.accepted(x, h)
         states.append(x.reshape(-1, 3))
         times.append(t)
-    held = Course(times, states, law.P, G, TAU, False).held(mesh.points, mesh.cells, "hex8")
+    held = Course(times, states, law.P, G, TAU, word).held(mesh.points, mesh.cells, "hex8")
     own = memory.H.sum(axis=0)
     order = np.argsort(np.linalg.norm(own, axis=(1, 2))), np.argsort(np.linalg.norm(held, axis=(1, 2)))
     np.testing.assert_allclose(own[order[0]], held[order[1]], rtol=1e-10, atol=1e-12)
+    F, H = np.eye(3) + rng.normal(0.0, 0.2, (5, 3, 3)), rng.normal(0.0, 1.0, (5, 3, 3))
+    H = H + H.swapaxes(1, 2)
+    pulled = Course(times, states, law.P, G, TAU, word).pulled(F, H)
+    np.testing.assert_allclose(measure.pulled(F, H), pulled, atol=1e-11)
 
 
 # ------------------------------------------------------------------ in motion

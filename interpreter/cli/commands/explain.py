@@ -254,11 +254,12 @@ _FITTING = {  # of fields whose value must go with that of another, or that take
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
     "limit": "30", "alpha": "[1.3, 5]",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
-    "outer_along": "30 mm", "rim": "5 mm", "uncertainty": "0.05 mm",
+    "outer_along": "30 mm", "rim": "5 mm", "uncertainty": "0.05 mm", "sheets": "+y",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
     "arc": ("side",), "curve_error": ("over",), "network": ("radius",),
+    "fung_orthotropic": ("sheets",), "holzapfel_gasser_ogden": ("sheets",), "holzapfel_ogden": ("sheets",),
 }  # fmt: skip
 _SAMPLES = {
     "integer": "20", "flag": "yes", "text": '"text"', "file": '"file.vtu"', "files": '"file.csv"',
@@ -268,6 +269,7 @@ _SAMPLES = {
     "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",
     "each": "20 mm", "fibres": "+x",
 }  # fmt: skip
+_LISTS = {units.NONE: "[0.3, 0.2]", units.LENGTH: _SAMPLES["list"]}  # of what has a dimension
 
 
 def _example(c: Constructor) -> str:
@@ -288,6 +290,8 @@ def _sample(f: Field) -> str:
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
     if f.form == "each" and f.dimension == units.PRESSURE:
         return "[60, 2] kPa"
+    if f.form == "list" and f.dimension is not None:
+        return _LISTS.get(f.dimension, f"[1, 10] {units.si(f.dimension)}")
     if f.form == "vector":
         return f"(1, 1, 1) {units.of_vector(f.dimension or units.NONE)}"
     if f.form == "choice":

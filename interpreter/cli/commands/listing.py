@@ -81,7 +81,7 @@ def _kind(c: Constructor) -> str:
 def _library() -> Rows:
     from softmark.interpreter.cli.library import materials
 
-    return [(own.name, f"{own.what} {own.said['Valid']}; {own.file}") for own in materials().values()]
+    return [(own.name, f"{own.what} Stretches {own.range_words}; {own.file}") for own in materials().values()]
 
 
 def _elements() -> Rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -222,9 +223,17 @@ def line_of(found: Found) -> BeamLine:
 def rod_of(found: Found) -> tuple[CheckedRod, float]:
     """Its rod, deformed as the solution says, and how far beside the axis it was looked at; found once."""
     if rod_of not in found.known:
-        found.known[rod_of] = line_of(found).rod(found.solution.displacement)
-    rod: tuple[CheckedRod, float] = found.known[rod_of]
-    return rod
+        line, displacement = line_of(found), found.solution.displacement
+        rod, arm = line.rod(displacement)
+        if found.case.remembers:
+            from softmark.interpreter.evidence.remembered import gone_of
+
+            rod = replace(
+                rod, gone=gone_of(found.case.material, displacement, lambda moved: line.rod(moved)[0].strains)
+            )
+        found.known[rod_of] = rod, arm
+    known: tuple[CheckedRod, float] = found.known[rod_of]
+    return known
 
 
 def balance_of(found: Found) -> ForceBalance:

@@ -49,7 +49,7 @@ class Solved:
     def loads(self) -> tuple[Floats, float]:
         """Forces of all loads and beds at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
         found, unsure = loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
-        if any(hasattr(material, "passive") for material in self.case.materials):
+        if any(getattr(material, "pulls", False) for material in self.case.materials):
             from softmark.interpreter.evidence import fibres
 
             found = found + fibres.pulls(self.case, self.mesh, self.u)
@@ -70,6 +70,8 @@ class Solved:
 
         With what is left of the equations of pressures, and the rounding. Raises Unchecked.
         """
+        if self.case.porous:
+            return self._soaked
         if self.model.formulation != "displacement":
             return self._pressed
         near = _near(chosen, self.mesh)
@@ -92,6 +94,17 @@ class Solved:
         return remembered.remembering(body, remembered.course_of(own, self.model.strain, self.mesh, points))
 
     @cached_property
+    def _soaked(self) -> tuple[Floats, float, float]:
+        """Of a porous body, its skeleton's and its fluid's."""
+        from softmark.interpreter.evidence import soaked
+
+        body = checked_body(self.model, soaked.skeleton(self.case), self.mesh.points, self.mesh.cells, self.mesh.kind,
+                            self.u)  # fmt: skip
+        f, noise = body.forces(self.mesh.cells)
+        fluid, lacking, more = soaked.fluid_of(self.case, self.mesh, self.u, self.model.strain == "small")
+        return f + fluid, lacking, noise + more
+
+    @cached_property
     def _pressed(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
         for own, which in alone(self.case, self.mesh):
@@ -110,7 +123,7 @@ def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
 def balance_of(state: Solved) -> ForceBalance:
     """The forces of finite elements found again. Raises Unchecked."""
     mesh, chosen = state.mesh, None
-    if state.model.formulation == "displacement":
+    if state.model.formulation == "displacement" and not state.case.porous:
         chosen, _ = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
     inside, lacking, noise = state.inside(chosen)
     outside, unsure = state.loads
@@ -159,12 +172,12 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     elif model.formulation != "mean_dilatation":
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
     case = _at_ease(case)
-    material = case.plain.material
-    material, body = getattr(material, "law", material), (mesh.points, mesh.cells[which], mesh.kind, u)
+    material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
     if getattr(material, "directed", False):
         from softmark.interpreter.evidence import fibres
 
         return fibres.pressed_of(case, *body, own)
+    material = getattr(material, "law", material)  # of what relaxes, that which it is at once
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
@@ -208,7 +221,7 @@ def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, 
 
 def _at_ease(case: Case) -> Case:
     """The case of one material as it is when it does not pull: what muscle adds is counted with the loads."""
-    if not hasattr(case.material, "passive"):
+    if not getattr(case.material, "pulls", False):
         return case
     from softmark.interpreter.evidence import fibres
 

@@ -28,6 +28,7 @@ from softmark.solvers.elements import named
 THEORY = 2.0  # times the distance of two strain measures on another mesh
 ALIKE = 1.25  # the same on the mesh itself
 TIGHT = 0.49  # Poisson's ratio from which quadratic cells converge more slowly
+SEEPING = 2.0  # the order of pressures of fluid, which are linear in every cell, and of what follows them
 CHANCE = 0.5  # of the distance in the cells around it: as near may be the one point that is looked at
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
@@ -160,7 +161,8 @@ class Solids(Sized):
         thing: Fem = answer.solid.thing
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
-        return from_coarser(self.coarser(answer), seen, float(thing.order))
+        order = SEEPING if answer.case.porous else float(thing.order)
+        return from_coarser(self.coarser(answer), seen, order)
 
     # ------------------------------------------------------------------ the measure of strain
 
@@ -178,12 +180,14 @@ class Solids(Sized):
         """What the model would be with the best strain measure that there is, where it is another."""
         whole = replace(answer.own, other_material=None)
         materials = whole.materials
-        if whole.remembers and thing.strain != "finite":
-            raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
         finite = [material.finite_law() is not None for material in materials]
+        if whole.porous and thing.strain != "finite" and not all(finite):
+            raise Unknown("fluid seeps through it, and what another measure of strain makes of that is not tried")
         if any(finite) and not all(finite):
             raise Unknown("its materials have no measure of strain in common that is the best of each")
         strain = "finite" if all(finite) else "corotational"
+        if whole.remembers and not whole.porous and thing.strain != strain:
+            raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
         best = {"strain": strain, "rotation": "point", "material": None}
         best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
         if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
@@ -212,14 +216,14 @@ class Solids(Sized):
     def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        if seen.in_forces:
+        if seen.in_forces or answer.case.porous:  # whose past counts
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
 
     def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
-        if seen.in_forces:
+        if seen.in_forces or answer.case.porous:
             return 1.0
         try:
             fine = seen.at(self._finer(answer))

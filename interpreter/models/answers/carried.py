@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.results.loads import vector
-from softmark.interpreter.results.reactions import Reaction
+from softmark.interpreter.results.reactions import Fluid, Reaction
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 
@@ -82,6 +82,7 @@ class Carried:
     written: Floats | None = None
     beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
     pulling: Floats | None = None
+    fluid: Fluid | None = None  # of a porous body
 
     def wrench(self, forces: Floats) -> Wrench:
         """What forces and moments (n, 6) at the nodes come to."""

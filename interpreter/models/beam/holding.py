@@ -51,6 +51,11 @@ def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | 
     return found, target, way
 
 
+def held_values(case: Case, stations: Sequence[float]) -> dict[int, tuple[float, Declared]]:
+    """Of every held degree of freedom what it is moved by, m or rad, and the support that moves it. Raises Fault."""
+    return _held(case, stations, 1.0).values
+
+
 def _held(case: Case, stations: Sequence[float], share: float) -> Held:
     """What supports hold at a share of their motions: rotations about the material axes. Raises Fault."""
     points = points_of(case, np.array(stations))

@@ -18,6 +18,7 @@ from softmark.interpreter.models.shared.motion import (
 )
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import Routed
+from softmark.interpreter.vocabulary.loads import Turning as Torque
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
@@ -132,4 +133,10 @@ def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
         from softmark.interpreter.models.beam.tendons import in_motion
 
         return in_motion(energy, chart)
+    if isinstance(load.thing.action, Torque):
+        from softmark.solvers.energies.rod_loads import RodMoments
+        from softmark.solvers.energies.turning.loads import TurnedMoments
+
+        assert isinstance(energy, RodMoments)
+        return TurnedMoments(chart, energy)
     return TurnedLoad(chart, energy)

@@ -12,7 +12,6 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import Routed
-from softmark.solvers.energies.blocks import OverElements
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_state import chain
@@ -79,7 +78,7 @@ def in_motion(energy: Energy, chart: RodChart) -> Energy:
         from softmark.solvers.energies.turning.tendons import TurnedTendons
 
         return TurnedTendons(chart, energy)
-    from softmark.solvers.energies.turning.rods import TurnedElements
+    from softmark.solvers.energies.turning.loads import TurnedGuides
 
-    assert isinstance(energy, OverElements)
-    return TurnedElements(chart, energy)
+    assert isinstance(energy, GuidedTendon)
+    return TurnedGuides(chart, energy)

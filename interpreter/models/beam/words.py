@@ -54,6 +54,8 @@ class Beam6Dof(Model):
 
     loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength, Routed)  # of which `_unfit` says more
     recovers = True
+    remembers = True
+    sectional = True
     finely = ("segments",)
 
     segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]

@@ -16,16 +16,16 @@ from softmark.interpreter.models.fem.build import PreparedSolid, at_rest, elasti
 from softmark.interpreter.models.shared import motion, outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.holding import held_values
+from softmark.interpreter.models.shared.in_time import Timed, whole_of
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.models.shared.viscous import came_back
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Smooth, Table, in_full, off_the_steps
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.remembering import Memories, Memory
 from softmark.solvers.materials.relaxing import series_of
 from softmark.solvers.statics.ageing import Aged, Instant, aged, begun, followed
@@ -35,10 +35,6 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
-
-SAME = 1e-9  # of a step: times that are nearer are one
-KINKED = 1e-3  # of a table's largest value: steps end at its rows that are farther from what steps make of it
-BEFORE = 1e-9  # of a step: where a course is looked at before it jumps
 
 
 @dataclass(frozen=True)
@@ -55,6 +51,11 @@ class Remembered(Deformed):
 
     past: Past | None = None
     aged: Aged | None = None
+    pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Of a report that is kept: the mesh as it is, from which no later time goes on."""
+        return self.__dict__ | {"aged": None}
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,7 @@ class PreparedAged(OnMesh):
     static: PreparedSolid
     case: Case
     memories: Memories
-    courses: tuple[Any, ...]  # of every load
-    movers: tuple[tuple[Any, Floats], ...]  # a course, and which of what supports impose (c,) follows it
+    timed: Timed  # of every load, and of every muscle
     before: Aged | None = None
 
     @property
@@ -81,10 +81,13 @@ class PreparedAged(OnMesh):
     @property
     def applied(self) -> tuple[tuple[Declared, Energy], ...]:  # type: ignore[override]
         """Every load by itself, as it acts now."""
-        from softmark.solvers.energies.loads import Share
+        acting = self.timed.acting(self.static.driven, self._now)[: len(self.case.loads)]
+        return tuple((load, energy) for load, (_, energy) in zip(self.case.loads, acting, strict=True))
 
-        each = zip(self.case.loads, self.static.applied, self.courses, strict=True)
-        return tuple((load, Share(energy, course.at(self._now))) for load, (_, energy), course in each)
+    @property
+    def pulling(self) -> list[Energy]:
+        """Every muscle by itself, as it pulls now."""
+        return [energy for _, energy in self.timed.acting(self.static.driven, self._now)[len(self.case.loads) :]]
 
     @property
     def size(self) -> dict[str, int]:
@@ -104,8 +107,7 @@ class PreparedAged(OnMesh):
     @property
     def analysis(self) -> Quasistatic:
         """At one of its times."""
-        found: Any = self.case.analysis
-        return found  # type: ignore[no-any-return]
+        return self.timed.analysis
 
     @property
     def _now(self) -> float:
@@ -126,35 +128,7 @@ class PreparedAged(OnMesh):
 
     def instants(self) -> list[Instant]:
         """What acts at the end of every step up to now, after that of the state before."""
-        begin = -1.0 if self.before is None else self.before.time
-        near = SAME * self.analysis.step
-        return [self._instant(t, jumps) for t, jumps in self._grid() if begin + near < t <= self._now + near]
-
-    def _grid(self) -> Iterator[tuple[float, bool]]:
-        """The ends of steps, and whether it is just before a jump: the start, every step, every time, every break."""
-        analysis, near = self.analysis, SAME * self.analysis.step
-        times = {analysis.step * i for i in range(int(np.ceil(analysis.duration / analysis.step * (1.0 - SAME))))}
-        times |= {analysis.duration, *map(float, analysis.moments)}
-        courses = {*self.courses, *(course for course, _ in self.movers)}
-        jumps = {t for c in courses if isinstance(c, Pulse) for t in (c.start, c.until)}
-        times |= jumps | {t for c in courses if isinstance(c, Ramp | Smooth) for t in (c.start, c.start + c.over)}
-        tables = (off_the_steps(c.rows, analysis.step, analysis.duration) for c in courses if isinstance(c, Table))
-        times |= {t for rows in tables for t, off in rows if off > KINKED}
-        last = -1.0
-        for t in sorted(times):
-            if t - last <= near or t > analysis.duration + near:
-                continue
-            if t > 0.0 and any(abs(t - jump) <= near for jump in jumps):
-                yield t, True
-            yield t, False
-            last = t
-
-    def _instant(self, t: float, before: bool) -> Instant:
-        at = t - BEFORE * self.analysis.step if before else t
-        target = self.static.problem.target.copy()
-        for course, which in self.movers:
-            target[which] *= course.at(at)
-        return Instant(t, tuple(course.at(at) for course in self.courses), target)
+        return self.timed.after(None if self.before is None else self.before.time)
 
     # ------------------------------------------------------------------ solving
 
@@ -168,7 +142,7 @@ class PreparedAged(OnMesh):
         def find() -> Any:
             came[0] = followed(problem, first, self.instants())
             if came[0].found is None:
-                came[0] = aged(problem, came[0], self._instant(self._now, False))
+                came[0] = aged(problem, came[0], self.timed.at(self._now, False))
             found: Any = came[0].found
             return replace(found, history=came[0].history[len(first.history) :])
 
@@ -181,8 +155,9 @@ class PreparedAged(OnMesh):
         solution = outcome.found(found, displacement_of(static.mesh, u))
         notes = (*static._misread_rotation(x), *static._beyond_its_law(x), *outcome.doubts(static.declared, found),
                  *self._doubts(state))  # fmt: skip
-        stored = state.stored
-        energies = {"work_J": state.work, "stored_J": stored, "dissipated_J": state.dissipated,
+        none = state.memories.unknown
+        stored, lost = (np.nan, np.nan) if none else (state.stored, state.dissipated)
+        energies = {"work_J": state.work, "stored_J": None if none else stored, "dissipated_J": None if none else lost,
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | mesh_facts(static.mesh) | {"energies_in_time": energies}
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
@@ -190,24 +165,25 @@ class PreparedAged(OnMesh):
         moved = Remembered(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
         ring = vibrations.none("what remembers has no stiffness that frequencies follow from")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
-        return replace(seen, carried=cache(lambda: self._carried(state, x, stored)))
+        return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 
     def _past(self, state: Aged) -> Past:
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
         return Past(state.times, each)
 
-    def _carried(self, state: Aged, u: Floats, stored: float) -> carried.Carried:
+    def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> carried.Carried:
         small = self.static.model.strain == "small"
         if state.problem is None:
             raise ValueError("nothing was solved")
         found = carried.on_mesh(self.mesh, state.x, u, state.problem.assembly, self.applied, small, True,
-                                self.static.axial)  # fmt: skip
-        found = replace(found, energy=stored, dissipated=state.dissipated)
+                                self.static.axial, self.pulling)  # fmt: skip
+        found = replace(found, energy=stored, dissipated=lost)
         return carried.bedded(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
         """A warning where dissipated energy has come back."""
-        yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work))
+        yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
+                             state.memories.unknown)  # fmt: skip
 
 
 # ------------------------------------------------------------------ building
@@ -220,8 +196,8 @@ def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) ->
 
     static, parts = at_rest(model, declared, case, workshop)
     known = _remembered(model, static)
-    mass, loads = mass_of(model, case, static.mesh, parts), [*static.applied]
-    made = motion.in_motion(static, declared, case, static.mesh, mass, known.energies, loads, static.problem)
+    mesh, mass, pulling = static.mesh, mass_of(model, case, static.mesh, parts), len(static.muscles)
+    made = motion.in_motion(static, declared, case, mesh, mass, known.energies, static.driven, static.problem, pulling)
     remembering = Remembering(known, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
 
@@ -230,34 +206,20 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     """The body at full size of all that acts, and what its points remember. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
         return in_motion(model, declared, case, workshop)
-    whole = _whole(case)
+    whole = whole_of(case)
     static, _ = at_rest(model, declared, whole, workshop)
-    loads = tuple(energy for _, energy in static.applied)
-    problem = static.problem
+    loads, problem = [energy for _, energy in static.driven], static.problem
     memories, old = _remembered(model, static), problem.assembly
-    assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(list(loads)), old.points)
+    assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
-    courses = tuple(motion.course_of(load) for load in whole.loads)
-    movers = _movers(whole, static.mesh, workshop, problem.fixed)
-    return PreparedAged(static, case, memories, courses, movers)
+    owners = owners_of(whole, static.mesh, workshop, problem.fixed)
+    return PreparedAged(static, case, memories, Timed.of(whole, static.driven, owners, problem.target))
 
 
-def _whole(case: Case) -> Case:
-    """The case with all that acts at its full size."""
-
-    def full(declared: Declared) -> Declared:
-        return replace(declared, thing=in_full(declared.thing))
-
-    return replace(case, loads=tuple(map(full, case.loads)), supports=tuple(map(full, case.supports)))
-
-
-def _movers(case: Case, mesh: Mesh, workshop: Workshop, fixed: Any) -> tuple[tuple[Any, Floats], ...]:
-    """Which of the held degrees of freedom (c,) follow which course."""
-    owners = held_values(case, mesh, workshop.measured)
-    found: dict[Any, Any] = {}
-    for place, dof in enumerate(fixed.tolist()):
-        found.setdefault(motion.course_of(owners[dof][1]), []).append(place)
-    return tuple((course, np.array(places)) for course, places in found.items())
+def owners_of(case: Case, mesh: Mesh, workshop: Workshop, fixed: Ints) -> list[Declared]:
+    """The support that imposes each of the held degrees of freedom (c,)."""
+    held = held_values(case, mesh, workshop.measured)
+    return [held[dof][1] for dof in fixed.tolist()]
 
 
 def _remembered(model: Fem, static: PreparedSolid) -> Memories:

@@ -53,6 +53,7 @@ from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import of_cells
+from softmark.solvers.statics.balance import resultant_on
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -88,7 +89,12 @@ class PreparedSolid(OnMesh):
     pieces: tuple[Piece, ...] = ()  # the cells of every material
     beds: Mapping[str, Bedding] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
-    muscles: tuple[Energy, ...] = ()  # what pulls within, with the loads
+    muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
+
+    @property
+    def driven(self) -> tuple[tuple[Declared, Energy], ...]:
+        """All that courses drive, each by itself: loads, and what pulls."""
+        return (*self.applied, *self.muscles)
 
     def warm(self) -> None:
         """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
@@ -178,9 +184,8 @@ class PreparedSolid(OnMesh):
 
     def _carried(self, state: Floats, u: Floats) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
-        found = carried.on_mesh(
-            self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, self.muscles
-        )
+        pulling = [energy for _, energy in self.muscles]
+        found = carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, pulling)
         return carried.bedded(found, self.beds) if self.beds else found
 
     def _other_linear(self, found: Equilibrium) -> str:
@@ -260,10 +265,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
         return levered(static, workshop, disturbance_of(case))
     from softmark.interpreter.models.shared.motion import in_motion
 
-    mesh, problem = static.mesh, static.problem
-    loads = [*static.applied]
-    mass = mass_of(model, case, mesh, parts)
-    return in_motion(static, declared, case, mesh, mass, problem.assembly.internal, loads, problem)
+    problem, mass, within = static.problem, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal
+    return in_motion(static, declared, case, static.mesh, mass, within, static.driven, problem, len(static.muscles))
 
 
 def at_rest(
@@ -283,7 +286,7 @@ def at_rest(
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     beds = _beds(case, mesh)
-    loads = unknowns.loads([*together(applied, mesh.points.size), *tensions])
+    loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beds.values()], loads, points)
     formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
@@ -302,6 +305,7 @@ def at_rest(
         path=case.analysis.path,
         way=way,
         linear=formulations.spared(Linear(), assembly),
+        resultant=unknowns.of_displacements(resultant_on(mesh.points)),
     )
     size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
     shape = model.mesh or case.shape
@@ -328,19 +332,21 @@ def _beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
     return beds_on(case, mesh)
 
 
-def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[Energy]]:
+def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared, Energy]]]:
     """The pieces with their materials as they are when they do not pull, and the energies of what pulls.
 
-    These come with the loads, in the same steps. Of no muscle the pieces as they are, and none.
+    These come with the loads, in the same steps or by courses of their own: each is that of the body, as if it were
+    made of that material alone. Of no muscle the pieces as they are, and none.
     """
-    if not any(hasattr(own.case.material, "passive") for own in each):
+    if not any(getattr(own.case.material, "pulls", False) for own in each):
         return each, []
-    passive, tensions = [], list[Energy]()
+    passive, tensions = [], list[tuple[Declared, Energy]]()
     for own in each:
         material = own.case.material
-        while hasattr(material, "passive"):
+        if getattr(material, "pulls", False):
             pull = replace(own.case, other_material=material.pull)
-            tensions.append(elastic_of(pull, own.mesh, own.parts, "finite"))
+            energy = elastic_of(pull, own.mesh, own.parts, "finite")
+            tensions.append((replace(own.case.body, thing=material), energy))
             material = material.passive
         passive.append(replace(own, case=replace(own.case, other_material=material)))
     return passive, tensions
@@ -383,7 +389,7 @@ def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elast
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
-    if model.formulation != "displacement":
+    if model.formulation != "displacement" or case.porous:
         return formulations.energies(model, case, mesh, parts)
     elastic = elastic_of(case, mesh, parts, model.strain)
     if model.rotation == "element":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+T = TypeVar("T")
 FREE = (
     "use tet10 or hex8 with `formulation = mixed`, or hex8 with `integration = selective` or `formulation ="
     " mean_dilatation`"
@@ -103,7 +104,7 @@ def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:
-    if case.material.incompressible and model.formulation != "mixed":
+    if case.material.incompressible and model.formulation != "mixed" and not case.porous:
         field = "formulation" if model.formulation != "displacement" else "element"
         where = f"the material of `{case.body.name}`"
         if model.material is not None:
@@ -152,6 +153,8 @@ def _apart(energies: list[Energy]) -> list[Energy]:
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """The energy of a formulation other than that of displacements, and its corotational twin for finite strain."""
+    if case.porous:
+        return _around(_porous(model, case, mesh, parts), case, mesh, parts), None
     energy = _energy(model, case, mesh, parts, model.strain)
     return energy, _energy(model, case, mesh, parts, "corotational") if model.strain == "finite" else None
 
@@ -171,12 +174,28 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
         made = MeanDilatation(
             *body, split.shape, split.constraint, _of_cells(split.modulus, _volumes(case, mesh, parts))
         )
+    return _around(made, case, mesh, parts)
+
+
+def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+    """An energy of a slice as that of a body of revolution, where it is one."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
     from softmark.solvers.energies.revolved import carried
 
     hoop, w = carried(made, parts.N, mesh.points, case.depth)
     return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
+
+
+def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+    """That of a solid full of fluid, which has had no time to seep."""
+    from softmark.solvers.assembly.seeping import seeping
+    from softmark.solvers.materials import law_for
+    from softmark.solvers.materials.constraints import Dilatation, VolumeRatio
+
+    small = model.strain == "small"
+    pair = law_for(case.material, model.strain), Dilatation() if small else VolumeRatio()
+    return seeping(mesh, parts, pair, _mean(case.material.shear_modulus, parts.w), case.material, not small)
 
 
 def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
@@ -237,8 +256,8 @@ class Unknowns:
 
         return [DisplacementEnergy(load, self.displacements) for load in loads]
 
-    def of_displacements(self, of: Callable[[Floats], bool]) -> Callable[[Floats], bool]:
-        """A question about displacements, asked of the whole state."""
+    def of_displacements(self, of: Callable[[Floats], T]) -> Callable[[Floats], T]:
+        """A question about displacements, or forces on them, asked of the whole state."""
         return lambda x: of(self.moved(x))
 
     def moved(self, x: Floats) -> Floats:

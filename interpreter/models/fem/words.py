@@ -16,7 +16,7 @@ from softmark.interpreter.problem.conforming import Cuts, cuts_of, graded
 from softmark.interpreter.problem.small_deflection import bending_angle
 from softmark.interpreter.results.report import ModelKind
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import PerLength
+from softmark.interpreter.vocabulary.loads import MadeOf, PerLength
 from softmark.records import dataclass
 from softmark.solvers.elements import WORDS, named, unknown
 
@@ -34,7 +34,7 @@ FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}
 
 
 @dataclass(frozen=True)
-class Fem(Model):
+class Fem(MadeOf, Model):
     """Finite elements over the volume of a body: a choice of element and of how strain is measured.
 
     `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
@@ -70,7 +70,8 @@ class Fem(Model):
     nodes of plane faces move within them, those of straight edges along them, others stay.
     `finer` and `towards` grade the mesh: at the border of a condition, where that is a plane or a circle that a mesh of
     the shape can follow, cells are so many times shorter across it, and have their `size` again half the body's extent
-    away; in a filled surface they are as much smaller where it holds. A mesh of half the size is graded alike.
+    away; in a filled surface they are as much smaller where it holds, and facets of combined shapes are those of the
+    smallest. A mesh of half the size is graded alike.
     `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
     cheaper strain; what that one takes is part of what this one takes.
     """
@@ -129,6 +130,7 @@ class Fem(Model):
 
     loads = (*Model.loads, PerLength)
     remembers = True
+    soaks = True
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
@@ -208,6 +210,8 @@ class Fem(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against this model of this case: of every material, where there are several."""
+        if (case.porous and case.parts) or (case.remembers and not case.uniform):  # what is typical would not say
+            return list(self.refusals(declared, case))
         if case.parts:
             return self._of_parts(declared, case)
         case = case.plain

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Stresses
 
+PEAK = 0.1  # of the stiffness at rest: a force that grows less than that has its maximum there
 ALONG = 1e-9  # of the largest stress: a shear that is less is none
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a box, 0 low and 1 high
 
@@ -138,7 +140,7 @@ class PreparedPoint(Meshless):
         facts = {
             "iterations": found.iterations, "steps": 1, "residual": self._left(found), "linear_solver": "dense",
             "stable": bool(found.freed > FLAT), "stretches": found.F.diagonal().tolist(),
-            "volume": float(np.linalg.det(found.F)), "nominal_stress": found.P.tolist(),
+            "volume": found.volume, "nominal_stress": found.P.tolist(),
             "stiffness": {"held": _finite(found.held), "freed": _finite(found.freed)},
         }  # fmt: skip
         displacement = _Moved(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
@@ -176,8 +178,29 @@ class PreparedPoint(Meshless):
     # ------------------------------------------------------------------ what is said of it
 
     def _doubts(self, found: PointState) -> tuple[Diagnostic, ...]:
-        """A warning where a force no longer grows with what it pulls."""
-        if found.freed > FLAT or self.point.linear:
+        """Warnings where a force no longer grows with what it pulls, and where a law is not stable after Drucker."""
+        if self.point.linear:
+            return ()
+        return (*self._past_its_force(found), *self._unsteady(found))
+
+    def _unsteady(self, found: PointState) -> tuple[Diagnostic, ...]:
+        if found.volume > getattr(self.case.material, "steady_above", math.inf) or self.point.steady(found):
+            return ()
+        at = self.point.first_unsteady(self.drive)
+        return (
+            diagnostic(
+                "W385",
+                self.declared.at("state"),
+                f"`{self.declared.name}` is past its {self._driven_words} of {self._amount(at)}, where its law is no "
+                "longer stable after Drucker",
+                "its stress falls while strain grows",
+                "Kirchhoff's stress against Hencky's strain: a body of that law may have several answers; use "
+                "constants that are fitted to such strains, or another law",
+            ),
+        )
+
+    def _past_its_force(self, found: PointState) -> tuple[Diagnostic, ...]:
+        if found.freed > FLAT:
             return ()
         at = self.point.first_lost(self.drive)
         what = f"its {self._driven_words} of {self._amount(at)}"
@@ -206,8 +229,10 @@ class PreparedPoint(Meshless):
     def _ended(self, none: NoState) -> str:
         """Why there is no state, in words."""
         axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
-        pulled = any(self.made.stresses)
-        why = "the force has its maximum there" if pulled else "the law ends there, or gives way across it"
+        why = "the law ends there, or gives way across it"
+        if any(self.made.stresses):
+            peak = none.share > 0.0 and self.point.state(self.drive.at(none.share)).freed < PEAK
+            why = "the force has its maximum there" if peak else "the force grows there, but by no step of 0.1 % of it"
         return (
             f"no state of its law beyond {100.0 * none.share:.3g} % of what is imposed, at stretches of {axes}: {why}"
         )

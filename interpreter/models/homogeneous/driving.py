@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import field
+from functools import lru_cache
 
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.vocabulary.loads import PerArea
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Prism, RoundPrism
+from softmark.solvers.mesh.shape import Prism, RoundPrism, Shape
 from softmark.solvers.mesh.shapes import Box
 
 Face = tuple[int, int]  # the axis of its normal, and 0 of the lower or 1 of the upper face
@@ -122,19 +123,26 @@ def _pull(found: Faces, load: Declared, model: str) -> None:
 
 def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
     """The faces that a condition selects, and it selects nothing else. Raises Fault."""
-    extent = case.shape.diagonal
+    found = _faces(case.shape, where)
+    if not found:
+        raise _partly(declared, model, "it takes a part of the body, or none, that is no whole face")
+    return found
+
+
+@lru_cache(maxsize=256)  # of each state, and each check of it, the same is asked again
+def _faces(shape: Shape, where: Condition) -> list[Face]:
+    """The faces that a condition selects; none where it selects something else, or nothing."""
+    extent = shape.diagonal
     faces: dict[Face, bool] = {}
     inner: list[tuple[Face, ...]] = []
-    for point, own in _points(case):
+    for point, own in _points(shape):
         holds = bool(where.holds(*point, extent))
         for face in own:
             faces[face] = faces.get(face, True) and holds
         if holds:
             inner.append(own)
     found = [face for face, whole in faces.items() if whole]
-    if not found or any(not set(own) & set(found) for own in inner):
-        raise _partly(declared, model, "it takes a part of the body, or none, that is no whole face")
-    return found
+    return found if all(set(own) & set(found) for own in inner) else []
 
 
 def _partly(declared: Declared, model: str, why: str) -> Fault:
@@ -143,9 +151,8 @@ def _partly(declared: Declared, model: str, why: str) -> Fault:
                  "one material point knows whole faces of the body alone: `where = x <= 0 mm`")  # fmt: skip
 
 
-def _points(case: Case) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+def _points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
     """Points all over the body, with the faces that each lies on."""
-    shape = case.shape
     assert shape.bounds is not None
     low, high = shape.bounds
     if isinstance(shape, Box):

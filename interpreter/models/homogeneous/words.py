@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Homogeneous(Model):
-    """One material point in place of a body: the same strain everywhere, no mesh, some milliseconds.
+    """One material point in place of a body: the same strain everywhere, no mesh, some tens of microseconds.
 
     What a law of its own says of a pull test, without grips, ends or a mesh. The body is a box, a cylinder or a tube
     along x, y or z. Supports take whole faces, and what they impose along normals are stretches, or a shear of two
@@ -32,9 +32,10 @@ class Homogeneous(Model):
     are held.
 
     Where grips hold a width that the state lets go, a warning says so (W365). Past a maximum of the force a state is
-    found where the stretch is imposed, and said to give way under that force, with where that begins (W366). Where the
-    law has no state, beyond its domain or the largest force, it is not converged and says how far it came. Forces are
-    found again from finite differences of the energy alone.
+    found where the stretch is imposed, and said to give way under that force, with where that begins (W366); so is a
+    state in which the law is no longer stable after Drucker, in Hencky's strain (W385). Where the law has no state,
+    beyond its domain or the largest force, it is not converged and says how far it came. Forces are found again from
+    finite differences of the energy alone.
     """
 
     loads = (PerArea,)

@@ -49,6 +49,7 @@ class Frame6Dof(Model):
     loads = (PerMass, AtPoint, PerLength, Turning)
     supports = (Fixed, Displaced, Hinged)
     wired = True
+    sectional = True
     finely = ("segments",)
 
     segments: Annotated[int, "1 in [1, 1000]", "elements along each member"]

@@ -41,7 +41,7 @@ class Reduced(Model):
             _driven(declared, case),
             _bedded(declared, case),
         )
-        return [*(d for d in found if d is not None), *self.turns(declared, case)]
+        return [*(d for d in found if d is not None), *self.turns(declared, case), *self.forgets(declared, case)]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Beds that a body lies on: from what a scene says to springs and dashpots on the facets of a mesh."""
+"""Beds that a body lies on, and plates that lie on it: from what a scene says to springs on the facets of a mesh."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.models.shared.surfaces import surface_of
+from softmark.interpreter.problem.case import fault
 from softmark.interpreter.problem.parts.patches import Patches
+from softmark.interpreter.vocabulary.supports import Level
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.bedding import Bedding
@@ -21,12 +23,16 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 SOME = 1000  # points at a time
+PLANE = 1e-6  # how far normals of a plane face may be from their mean
+RIGID = 1e6  # times as stiff as the body are the springs that keep a plate level
+MOST = 2000  # nodes that one plate holds level: a full matrix of 32 MB
 EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of shape functions are of fourth order
 
 
 def beds_on(case: Case, mesh: Mesh) -> dict[str, Bedding]:
     """The springs and dashpots of every bed, by name. Raises Fault where a bed has no area."""
-    return {bed.name: _spread(case, bed, mesh) for bed in case.beds}
+    each = ((bed, _levelled if isinstance(bed.thing, Level) else _spread) for bed in case.beds)
+    return {bed.name: made(case, bed, mesh) for bed, made in each}
 
 
 def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
@@ -34,9 +40,12 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
     from softmark.interpreter.models.beam.rigid import point_rows
 
     for bed in case.beds:
-        facets, xi, _, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
-        X = np.einsum("pa,pai->pi", FACETS[facets.shape[1]].shape(xi), mesh.points[facets]) - centre
-        if bed.thing.directions == "all":
+        facets, N, _, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
+        X = np.einsum("pa,pai->pi", N, mesh.points[facets]) - centre
+        if isinstance(bed.thing, Level):
+            seen = np.hstack([normal, np.cross(X, normal)])
+            yield seen - seen.mean(axis=0)
+        elif bed.thing.directions == "all":
             yield point_rows(X, (0, 1, 2))
         else:
             yield np.hstack([normal, np.cross(X, normal)])
@@ -44,12 +53,7 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
 
 def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
     """Integrals over each facet, of its whole or of the selected part."""
-    facets, xi, dA, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
-    N = FACETS[facets.shape[1]].shape(xi)
-    if case.depth:
-        from softmark.solvers.energies.revolved import around
-
-        dA = dA * around((N * mesh.points[facets, 0]).sum(axis=1), case.depth)
+    facets, N, dA, normal = _points(surface_of(case, bed, bed.thing.where, mesh), case.depth)
     each, which = np.unique(facets, axis=0, return_inverse=True)
     k = 3 * facets.shape[1]
     K = np.zeros((len(each), k, k))
@@ -63,15 +67,58 @@ def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
     return Bedding(each, K, damping / bed.thing.stiffness)
 
 
-def _points(part: Loaded) -> tuple[Ints, Floats, Floats, Floats]:
-    """Points to integrate at: their facets (p, k), local places (p, 2), areas (p,), m^2, and unit normals (p, 3)."""
+def _levelled(case: Case, plate: Declared, mesh: Mesh) -> Bedding:
+    """Springs between every point of a plane face and the mean of all: one block of all its nodes. Raises Fault."""
+    facets, N, dA, normal = _points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
+    along = int(np.abs(normal.sum(axis=0)).argmax())
+    if float(np.abs(normal[:, along].mean() - normal[:, along]).max()) > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
+        raise fault("E411", plate.at("where"), f"`{plate.name}` lies on no face of `{case.body.name}` that is normal to"
+                    " x, y or z", "no such plane face", "select one plane side of the body, and turn the scene so that"
+                    " it is normal to x, y or z")  # fmt: skip
+    nodes, place = np.unique(facets, return_inverse=True)
+    place = place.reshape(facets.shape)
+    if len(nodes) > MOST:
+        raise fault("E412", plate.at("where"), f"`{plate.name}` holds {len(nodes)} nodes level, each with all others",
+                    f"more than {MOST}", "use a larger size, or a plane or revolved body")  # fmt: skip
+    M = np.zeros((len(nodes), len(nodes)))
+    np.add.at(M, (place[:, :, None], place[:, None, :]), np.einsum("p,pa,pb->pab", dA, N, N, optimize=True))
+    m, area = M.sum(axis=1), float(dA.sum())
+    M -= np.outer(m, m) / area
+    return Bedding(nodes[None], plate_stiffness(case, mesh, area) * M[None], along=along)
+
+
+def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
+    """Of the springs that keep a plate of an area, m^2, level, Pa/m: by how stiff the body behind it is, and how high.
+
+    What a plate is taken for, which the watchdog takes it for as well.
+    """
+    modulus = float(max(material.shear_modulus for material in case.typical))
+    volume = float(mesh.volumes.sum())
+    if case.depth:  # all around
+        middle = mesh.points[mesh.cells].mean(axis=1)[:, 0]
+        volume = float((mesh.volumes * 2.0 * np.pi * middle).sum()) / case.depth
+    return RIGID * modulus * area / volume
+
+
+def _points(part: Loaded, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Floats]:
+    """Points to integrate at: their facets (p, k), shape functions (p, k), areas (p,), m^2, and unit normals (p, 3).
+
+    With a `depth`, m, of a slice through a body of revolution areas are those of whole rings.
+    """
     flat = Patches(part.points[part.whole], 1.0).affine
     each = [(part.nodes, part.xi, part.w)]
     for whole, n in ((part.whole[flat], EXACT), (part.whole[~flat], FINE)):  # of curved ones no polynomial
         xi, w = moments.fine(whole.shape[1], n)
         each.append((np.repeat(whole, len(w), axis=0), np.tile(xi, (len(whole), 1)), np.tile(w, len(whole))))
     facets, places, weights = (np.concatenate(columns) for columns in zip(*each, strict=True))
-    t = np.einsum("pkj,pki->jpi", FACETS[facets.shape[1]].gradient(places), part.points[facets])
-    dA = np.cross(t[0], t[1])
-    size = np.linalg.norm(dA, axis=1)
-    return facets, places, weights * size, dA / size[:, None]
+    facet = FACETS[facets.shape[1]]
+    N = facet.shape(places)
+    t = np.einsum("pkj,pki->jpi", facet.gradient(places), part.points[facets])
+    way = np.cross(t[0], t[1])
+    size = np.linalg.norm(way, axis=1)
+    dA = weights * size
+    if depth:
+        from softmark.solvers.energies.revolved import around
+
+        dA = dA * around((N * part.points[facets, 0]).sum(axis=1), depth)
+    return facets, N, dA, way / size[:, None]

@@ -113,10 +113,15 @@ def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
 
 def turned(case: Case, mesh: Mesh) -> Any:
     """The material with the directions of its fibres at the points of integration of a mesh (m, q). Raises Fault."""
+    from softmark.interpreter.models.shared.hollow import must_have_directions
     from softmark.solvers.materials.frame import NoDirection
 
     at = case.body.at("material")
+    must_have_directions(case, mesh)
     try:
+        for profile in profiles(case.material).values():
+            for X in (places(mesh, mesh.element.quadrature()), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
+                _must_be_allowed(case, profile, values(profile, X), X)
         return case.material.placed(places(mesh, mesh.element.quadrature()), reading)
     except NoDirection as error:
         where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
@@ -343,6 +348,11 @@ def lost(case: Case, mesh: Mesh, parts: Parts) -> float:
 
 def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[Diagnostic]:
     """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
+    if any(getattr(material, "turning", False) for material in case.materials):
+        from softmark.interpreter.models.shared import hollow
+
+        for own in parts():
+            yield from hollow.notes(own.case, own.mesh)
     for of, profile, spread in _each(case, mesh, parts):
         if spread.outside > BEYOND:
             low, high = (units.show(float(f"{v:.4g}"), profile.dimension) for v in spread.there)

@@ -24,7 +24,7 @@ from softmark.interpreter.vocabulary.loads import (
     Tensile,
     Turning,
 )
-from softmark.interpreter.vocabulary.supports import Hinged, Holding
+from softmark.interpreter.vocabulary.supports import Hinged, Holding, Level
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared, Scene
@@ -38,7 +38,10 @@ OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and tor
 UNKNOWN = "not a load that it takes"
 _SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
     PerLength: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),
-    Routed: ("it presses along a line, which has no limit in a solid", "tendons are of beams: `beam6dof(...)`"),
+    Routed: (
+        "it pulls at points and presses along a line, which has no limit in a solid",
+        "tendons are of beams: `beam6dof(...)`; of a solid, what its end pulls may be a traction on a face",
+    ),
 }
 
 
@@ -51,10 +54,12 @@ class Model:
     bedded = False  # it takes bodies that lie on springs
     moves = True  # it takes dynamic analyses
     wired = False  # it is of networks of axes, and of nothing else
+    sectional = False  # it moves by whole sections, about an axis, which may be hollow
     composite = False  # it takes bodies with parts of other materials
     graded = False  # it takes materials whose constants vary in space
     directed = False  # it takes materials that know directions
     remembers = False  # it takes materials whose stress relaxes
+    soaks = False  # it takes materials that fluid seeps through
     recovers = False  # it finds back to rest from any state
 
     # what it is
@@ -149,16 +154,29 @@ class Model:
         for bed in () if self.bedded else case.beds:
             yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the support `{bed.name}`",
                              "springs on a surface", "`fem(...)` takes them")  # fmt: skip
+        for plate in case.beds if isinstance(case.analysis, Dynamic) else ():
+            if isinstance(plate.thing, Level):
+                yield diagnostic("E413", plate.at(), f"`{plate.name}` has no mass to move with, and the analysis is"
+                                 " dynamic", "not in motion", "use it at rest or with `quasistatic(...)`, or move the"
+                                 " face by `displaced(...)`")  # fmt: skip
         yield from self.turns(declared, case)
-        if case.remembers:
-            from softmark.interpreter.models.shared import viscous
-
-            yield from viscous.refusals(self, declared, case)
+        yield from self.forgets(declared, case)
 
     @property
     def _most(self) -> str:
         """What takes it, of what it does not take itself."""
         return OF_NETWORKS if self.wired else MOST
+
+    def forgets(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """Errors for fluid and stress that relaxes, where it cannot follow them; a warning where steps hide them."""
+        if case.porous or case.drains:
+            from softmark.interpreter.models.shared import pores
+
+            yield from pores.refusals(self, declared, case) if case.porous else pores.idle(case)
+        elif case.remembers:
+            from softmark.interpreter.models.shared import viscous
+
+            yield from viscous.refusals(self, declared, case)
 
     def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Errors for supports that turn, where it cannot follow them."""

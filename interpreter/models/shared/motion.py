@@ -258,7 +258,7 @@ def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iter
     from softmark.interpreter.models.shared.viscous import came_back
 
     moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
-    yield from came_back(declared, np.array(problem.remembering.losses), moved)
+    yield from came_back(declared, np.array(problem.remembering.losses), moved, problem.remembering.unknown)
 
 
 def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
@@ -325,8 +325,9 @@ def in_motion(
     internal: Sequence[Energy],
     loads: Sequence[tuple[Declared, Energy]],
     rest: Statics,
+    pulling: int = 0,
 ) -> PreparedMotion:
-    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself."""
+    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself, the last `pulling` muscle."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
@@ -348,6 +349,7 @@ def in_motion(
         analysis.max_iterations,
         sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
         cap=(cap := declared.thing.capped_at),
+        pulling=pulling,
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,
     )
@@ -364,7 +366,7 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 def must_be_followed(case: Case, analysis: Dynamic) -> None:
     """Refuse tables that cannot be read, or do not go over the analysis. Raises Fault."""
-    for moved in (*case.loads, *case.supports):
+    for moved in (*case.loads, *case.muscles, *case.supports):
         if (wrong := table_fault(moved, analysis.duration)) is not None:
             raise Fault(wrong)
 

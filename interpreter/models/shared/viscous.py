@@ -22,7 +22,8 @@ FALLS = 1e-3  # of what is dissipated: less than this may come back without a wo
 ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
 COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
 # levers that change how a state is solved, and what they may be
-PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "start": None, "cap": None}
+PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "start": None, "cap": None,
+         "shear": True, "axial": True}  # fmt: skip
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -34,13 +35,14 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
     elif not model.remembers:
         yield diagnostic("E358", declared.at(), f"`{declared.name}` knows no stress that relaxes, and that of"
                          f" `{case.body.name}` does", "an elastic model",
-                         "use `fem(...)`, or the elastic law by itself")  # fmt: skip
+                         "use `fem(...)` or `beam6dof(...)`, or the elastic law by itself")  # fmt: skip
     elif not isinstance(case.analysis, Quasistatic | Dynamic):
         yield diagnostic("E359", declared.at(), f"the stress of `{case.body.name}` relaxes in time, and the analysis"
                          " follows none", "needs a time course",
                          f"declare {TIMED}, or use the elastic law by itself")  # fmt: skip
     else:
-        yield from _of_solid(model, declared, case)
+        yield from _whatever(model, declared, case)
+        yield from (_of_solid if model.mesh_key() is not None else _of_beam)(model, declared, case)
         yield from _steps(case)
 
 
@@ -58,8 +60,8 @@ def _unsound(material: Viscous) -> tuple[str, str, str] | None:
     return None
 
 
-def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What of a solid does not go with a past."""
+def _whatever(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What does not go with a past."""
     for lever, plain in PLAIN.items():
         if getattr(model, lever, plain) != plain:
             given = f"{lever} = {getattr(model, lever)}"
@@ -69,6 +71,17 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
         support = next(s for s in case.supports if s.thing.turns)
         yield diagnostic("E362", support.at(), f"`{support.name}` turns a body that relaxes", "not of what relaxes",
                          "move it by `displaced(...)`")  # fmt: skip
+
+
+def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What of a beam does not go with a past."""
+    if not case.uniform:
+        yield diagnostic("E362", case.body.at("material"), f"the constants of `{case.body.name}` vary, and it relaxes",
+                         "not together", "use constants that are the same everywhere")  # fmt: skip
+
+
+def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What of a solid does not go with a past."""
     if case.planar == "plane_stress":
         yield diagnostic("E362", case.body.at(), f"`{case.body.name}` is a plate that relaxes", "not in plane stress",
                          "use a solid that is thin, or `plane_strain`")  # fmt: skip
@@ -86,11 +99,7 @@ def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> It
     """A law that has no such part, and a measure of strain in which none is known."""
     from softmark.solvers.materials.relaxing import part_of
 
-    if model.strain == "corotational":
-        yield diagnostic("E362", declared.at("strain"), f"`{declared.name}` turns with its cells, and stress that"
-                         " relaxes would have to",
-                         "not of what relaxes", "use `strain = finite` or `small`")  # fmt: skip
-    elif material.of == "whole" and model.formulation != "displacement":
+    if material.of == "whole" and model.formulation != "displacement":
         yield diagnostic("E362", declared.at("formulation"), f"all stress of `{case.body.name}` relaxes, and the"
                          f" pressures of `{declared.name}` do not", "not with `of = whole`",
                          "leave `of` out: the stress of shape relaxes")  # fmt: skip
@@ -113,14 +122,21 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
                          " step")  # fmt: skip
 
 
-def came_back(declared: Declared, lost: Floats, work: float) -> Iterator[Diagnostic]:
-    """A warning where of what is dissipated up to each time (t,), J, some comes back; `work` is what moves bodies."""
+def came_back(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
+    """A warning where it is not known what is dissipated up to each time (t,), J, or where some comes back.
+
+    `work` is what moves bodies, J.
+    """
     from softmark.solvers.energies.remembering import fall_of
 
+    if unknown:
+        yield diagnostic("W368", declared.at(), f"what `{declared.name}` stores and has dissipated is not known",
+                         "its law is not convex there", "forces are those of the law: read them alone, or use another"
+                         " law, `of = shape` of rubber")  # fmt: skip
+        return
     fall, most = fall_of(lost), float(abs(lost).max())
     if fall <= FALLS * most + ROUNDED * work:
         return
     yield diagnostic("W368", declared.at(), f"of the energy that `{declared.name}` has dissipated"
                      f" {100.0 * fall / most:.2g} % comes back", "no body does that",
-                     "at large strain a series of stresses has no energy of its own: take smaller steps, and what"
-                     " is left for the limit of the law")  # fmt: skip
+                     "its law makes work of nothing there: use another law, `of = shape` of rubber")  # fmt: skip

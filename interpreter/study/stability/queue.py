@@ -181,7 +181,7 @@ class StudyTrial:
 
     def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> Classified:
         asked, site = self.asked, self.ground.site(values)
-        numerical = uncertainty_of(outcome, asked.against, asked.probe)
+        numerical = uncertainty_of(outcome, asked.against, asked.probe, asked.metric)
         uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
         found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
         self.outlines.setdefault(model, outcome.point.outline)

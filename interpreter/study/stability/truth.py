@@ -65,16 +65,18 @@ class LeanOutcome(Attempt):
         return self.point.status
 
 
-def uncertainty_of(outcome: LeanOutcome, against: str, probe: str) -> float | None:
+def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str = "") -> float | None:
     """The numerical error of a reference relative to what it says the probe moves; None where it is not known.
 
-    Of a model that is taken as right it is what the model states, in the terms of the metric.
+    Of a model that is taken as right it is what the model states, in the terms of the metric, and of values that are
+    given what is said with them, as the metric has it.
     """
     if (truth := (outcome.truths or {}).get(against)) is not None:
         return None if truth.stated is None else truth.stated.value
     reference = outcome.references.get(against)
     if reference is None or reference.estimated_error is None or not reference.sizes.get(probe):
-        return None
+        given = outcome.point.errors.get(metric)
+        return None if given is None else given.uncertainty
     return reference.estimated_error / reference.sizes[probe]
 
 

@@ -9,12 +9,12 @@ moments about their own axes; their tangent is by the unknowns. Another energy i
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import OverElements, add_blocks, cross_matrix, definite
+from softmark.solvers.energies.blocks import add_blocks, cross_matrix, definite
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.rod import RodElastic
 from softmark.solvers.energies.turning import kernels
@@ -88,7 +88,7 @@ class TurningRod(Energy):
         """Elements, lengths, stiffnesses and strains at rest, as the kernel takes them."""
         rod = self.elastic
         C = np.ascontiguousarray(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))
-        return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains
+        return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains - rod.offset
 
     def _run(
         self, turned: Turned, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
@@ -166,8 +166,6 @@ class TurnedLoad(Energy):
     of forces g about a node's own axes is that plus [g]x / 2, by turns about these axes.
     """
 
-    ROTATIONS: ClassVar[tuple[slice, ...]] = (slice(0, 3),)  # of a stencil: each the three of a node
-
     chart: RodChart
     energy: Energy
     conservative: bool = False
@@ -194,37 +192,12 @@ class TurnedLoad(Energy):
         if projected:
             self.energy.add_hessian(state, data, slots, scale, True)
             return
-        T, (g, local) = self.chart.turned(x)[2], self._parts(state)
-        for own in self.ROTATIONS:
-            local[:, own, own] += cross_matrix(0.5 * g[:, own])
-            local[:, :, own] = local[:, :, own] @ T[self.stencils[:, own.start] // 6]
-        add_blocks(scale * local, slots, data)
-
-    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
-        """Of each stencil the forces (m, k) and their tangent (m, k, k) at rest, to be written on."""
-        g, local = np.zeros(len(state) // 7 * 6), np.zeros((*self.stencils.shape, self.stencils.shape[1]))
+        g, local = np.zeros(len(x)), np.zeros((*self.stencils.shape, 3))
         self.energy.add_gradient(state, g)
         self.energy.add_hessian(state, local.reshape(-1), np.arange(local.size).reshape(local.shape))
-        return g[self.stencils], local
+        local += cross_matrix(0.5 * g[self.stencils])
+        add_blocks(scale * local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6], slots, data)
 
     def rounding(self, x: Floats) -> float:
         """Of the load."""
         return self.energy.rounding(self.chart.state(x))
-
-
-@dataclass(frozen=True)
-class TurnedElements(TurnedLoad):
-    """A load on the elements of a rod at rest: of each by itself what `TurnedLoad` is of nodes."""
-
-    ROTATIONS: ClassVar[tuple[slice, ...]] = (slice(3, 6), slice(9, 12))
-
-    energy: OverElements
-
-    @cached_property
-    def stencils(self) -> Ints:
-        """Those of the load."""
-        return self.energy.stencils
-
-    def _parts(self, state: Floats) -> tuple[Floats, Floats]:
-        """Those that it gives of each element."""
-        return self.energy.local_forces(state), self.energy.local_hessians(state)

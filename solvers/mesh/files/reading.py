@@ -1,8 +1,12 @@
-"""Meshes from files, through meshio; Gmsh's first format, which meshio does not know, is read here."""
+"""Meshes from files, through meshio; Gmsh's first format, which meshio does not know, is read here.
+
+What it stops at though it is in order is put right on the way: sets of Abaqus, and Gmsh's elements without a group.
+"""
 
 from __future__ import annotations
 
 import logging
+import tempfile
 from collections.abc import Iterable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
@@ -15,7 +19,7 @@ import numpy as np
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.files import ended, gmsh1
+from softmark.solvers.mesh.files import ended, gmsh1, gmsh4
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import MESHES, filling
 from softmark.solvers.mesh.files.rationing import rationed
@@ -225,7 +229,18 @@ def parsed(path: Path) -> Any:
     return _tried(path, (k for k in kinds if k not in UNENDING))
 
 
-def _without_sets(path: Path) -> Any:
+def _with_groups(path: Path, kind: str) -> Any:
+    """A file of Gmsh, elements in no physical group included."""
+    import meshio
+
+    if (data := gmsh4.completed(path)) is None:
+        return meshio.read(path, kind)
+    with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
+        (file := Path(folder, path.name)).write_bytes(data)
+        return meshio.read(file, kind)
+
+
+def _without_sets(path: Path, kind: str) -> Any:
     """A file of Abaqus without its sets: meshio stops at many that are in order, and abaqus_sets.py reads them."""
     import meshio
 
@@ -234,13 +249,16 @@ def _without_sets(path: Path) -> Any:
         if line.startswith("*") and not line.startswith("**"):
             keyword = line[1:].partition(",")[0].strip().upper()
             if keyword == "INCLUDE":  # whose path is that of the file
-                return meshio.read(path, "abaqus")
+                return meshio.read(path, kind)
             keeps = keyword not in ("NSET", "ELSET", "SURFACE")
         if keeps:
             kept.append(line)
     from meshio.abaqus._abaqus import read_buffer
 
     return read_buffer(StringIO("".join(kept)))
+
+
+OWN = {"abaqus": _without_sets, "gmsh": _with_groups}  # what meshio does not read as it is
 
 
 def _there(path: Path, remedy: str = AGAIN) -> None:
@@ -263,7 +281,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
             with redirect_stdout(said), redirect_stderr(said), rationed(path):
-                return _without_sets(path) if kind == "abaqus" else meshio.read(path, kind)
+                return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like

@@ -1,0 +1,377 @@
+"""From a scene to the porous column, slab or disc that theories are about, and what these say of forces and fluid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.relaxing_theory import driven_by
+from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
+from softmark.interpreter.problem.stretches import ends_of
+from softmark.interpreter.results.reactions import AtRest, Reaction
+from softmark.interpreter.vocabulary.analyses import Quasistatic
+from softmark.interpreter.vocabulary.courses import in_full
+from softmark.interpreter.vocabulary.loads import PerArea
+from softmark.interpreter.vocabulary.supports import Drained, Holding, Level
+from softmark.records import dataclass
+from softmark.references.between_plates import Squeezed
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.confined import Permeability, PressedColumn
+from softmark.references.skeletons import WHOLE, Skeleton
+from softmark.references.terzaghi import Column, Drains
+from softmark.solvers.mesh.shape import cross, moved, with_coordinate
+
+ALIGNED = 1e-9  # of a vector: how far it may lie beside the axis
+DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
+PLATES = (
+    "hold one plate along its normal and move the other: `displaced(...)`, or `traction(...)` on what is `level(...)`"
+)
+SIDES = "hold its sides across them: `fixed(..., components = x)`"
+SMALL = 0.01  # strain up to which small strain is said nothing of
+LARGE = "it takes strains for small, which come to {:.3g} %: a body that obeys large ones differs"
+Body = Rectangular | Round
+
+
+@dataclass(frozen=True)
+class Ends:
+    """The two ends of a body across its axis (0 to 2; of a cylinder its own): what holds one and drives the other."""
+
+    body: Body
+    way: int  # of x, y and z
+    held: int  # 0 the low end, 1 the high one
+    driving: Declared
+    force: bool
+    amount: float  # N/m^2 or m, along the axis outward
+
+    @property
+    def axis(self) -> Vector:
+        """From the held end to the driven one."""
+        sign = -1.0 if self.held else 1.0
+        if isinstance(self.body, Round):
+            return moved((0.0, 0.0, 0.0), (sign, self.body.shape.axis))
+        return with_coordinate((0.0, 0.0, 0.0), self.way, sign)
+
+    @property
+    def root(self) -> Vector:
+        """The centre of the held end, m; of a body of revolution on its axis."""
+        if isinstance(self.body, Round):
+            return moved(self.body.shape.root, (self.length if self.held else 0.0, self.body.shape.axis))
+        end = self.body.high if self.held else self.body.low
+        centre = with_coordinate(self.body.middle, self.way, end[self.way])
+        return with_coordinate(centre, 0, 0.0) if self.body.turns else centre
+
+    @property
+    def length(self) -> float:
+        """Between them, m."""
+        return self.body.shape.length if isinstance(self.body, Round) else self.body.size(self.way)
+
+    @property
+    def area(self) -> float:
+        """Of one of them, m^2; all around of a body of revolution."""
+        if isinstance(self.body, Round):
+            return math.pi * self.body.shape.radius**2
+        if self.body.turns:
+            return math.pi * (self.body.high[0] ** 2 - self.body.low[0] ** 2)
+        first, second = (self.body.size(c) for c in range(3) if c != self.way)
+        return first * second
+
+    @property
+    def far(self) -> set[int]:
+        """The driven end."""
+        return {1 - self.held}
+
+    def taken(self, where: Any) -> set[int]:
+        """Which ends a condition selects, whole and nothing else."""
+        return ends_of(where, self.body.shape) if isinstance(self.body, Round) else self.body.taken(where, self.way)
+
+
+def _analysed(case: Case) -> Quasistatic:
+    """Its analysis. Raises Refused."""
+    if not isinstance(case.analysis, Quasistatic):
+        raise Refused("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
+    if case.parts:
+        raise Refused(f"`{case.body.name}` is not of one material", "use one for all of it")
+    return case.analysis
+
+
+def _ends(case: Case, remedy: str) -> Ends:
+    """What holds and drives the body along one direction. Raises Refused."""
+    body = solid_body(case)
+    drivers = [s for s in case.supports if in_full(s.thing).moves]
+    drivers += [load for load in case.loads if any(_vector(load))]
+    for support in case.supports:
+        if not isinstance(in_full(support.thing), Holding):
+            raise Refused(f"the support `{support.name}` holds it otherwise", remedy)
+    if len(drivers) != 1:
+        raise Refused("it is not driven by one thing alone", remedy)
+    driving = drivers[0]
+    vector = _vector(driving)
+    ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
+    if isinstance(body, Round):
+        axis = body.shape.axis
+        if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
+            raise Refused(f"`{driving.name}` does not act along the axis", remedy)
+        ways = [c for c in range(3) if abs(axis[c]) > ALIGNED]
+    if len(ways) != 1:
+        raise Refused(f"`{driving.name}` does not act along x, y or z", "turn the scene so that it does")
+    return _found(case, body, ways[0], driving, vector, remedy)
+
+
+def _found(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
+    """The ends across a direction. Raises Refused."""
+    force = driving.kind == "load"
+    where = in_full(driving.thing).action.where if force else in_full(driving.thing).where
+    ends = Ends(body, way, 0, driving, force, 0.0)  # of which one is held and by how much is found below
+    driven = ends.taken(where)
+    if len(driven) != 1:
+        raise Refused(f"`{driving.name}` does not take one end face whole and alone", remedy)
+    held = set()
+    for support in case.supports:
+        if way not in support.thing.components:
+            continue
+        if support.thing.components != (way,) and not _sides_held(case, ends):
+            raise Refused(f"the support `{support.name}` keeps its end from growing wider", remedy)
+        if len(own := ends.taken(support.thing.where)) != 1:
+            raise Refused(f"the support `{support.name}` does not take one end face whole and alone", remedy)
+        held |= own if support.name != driving.name else set()
+    if held != {0, 1} - driven:
+        raise Refused("not one end is held along the axis, and it alone", remedy)
+    ends = replace(ends, held=held.pop())
+    return replace(ends, amount=sum(v * a for v, a in zip(vector, ends.axis, strict=True)))
+
+
+def _vector(declared: Declared) -> Vector:
+    """What a support or a load does: displacement, m, of what it moves, or traction, Pa. Raises Refused."""
+    thing = in_full(declared.thing)
+    if declared.kind == "support":
+        x, y, z = (v if c in thing.components else 0.0 for c, v in enumerate(thing.displacement))
+        return x, y, z
+    if not isinstance(thing.action, PerArea):
+        raise Refused(f"the load `{declared.name}` is no traction", DRIVE)
+    return thing.action.traction
+
+
+def _sides_held(case: Case, ends: Ends) -> bool:
+    """Whether its sides cannot move across: all of them are held, or all of it is."""
+    body = ends.body
+    across = [c for c in range(3) if c != ends.way]
+    if isinstance(body, Round):
+        return any(
+            set(across) <= set(s.thing.components) and body.around(s.thing.where) and not in_full(s.thing).moves
+            for s in case.supports
+        )
+    return all(_side_held(case, body, c) == {0, 1} for c in across)
+
+
+def _side_held(case: Case, body: Rectangular, across: int) -> set[int]:
+    """Which faces across a direction are held there, 0 the low one."""
+    if body.flat and across == 2:
+        return {0, 1}
+    found = {0} if body.turns and body.low[0] == 0.0 and across == 0 else set()
+    for support in case.named_supports:
+        if across in support.thing.components and not in_full(support.thing).moves:
+            if body.everywhere(support.thing.where):
+                return {0, 1}
+            found |= body.taken(support.thing.where, across)
+    return found
+
+
+# ------------------------------------------------------------------ where fluid leaves
+
+
+def _free(case: Case) -> None:
+    """Raises Refused where fluid is pressed: only what is open to a pressure of 0 is known."""
+    for drain in case.drains:
+        if not isinstance(drain.thing, Drained):
+            raise Refused(f"`{drain.name}` presses the fluid", "use `drained(...)`")
+    if not case.drains:
+        raise Refused("no face lets fluid through", "declare `drained(...)`")
+
+
+def _open_ends(case: Case, ends: Ends) -> Drains:
+    """Which ends are open. Raises Refused where anything else is."""
+    _free(case)
+    found: set[int] = set()
+    for drain in case.drains:
+        if not (own := ends.taken(drain.thing.where)):
+            raise Refused(f"`{drain.name}` lets fluid through elsewhere than at its ends", "open whole ends alone")
+        found |= own
+    if len(found) == 2:
+        return "both"
+    return "held" if found == {ends.held} else "driven"
+
+
+# ------------------------------------------------------------------ what theories are solved for
+
+
+def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
+    """Its analysis, its ends, and which are open. Raises Refused where its sides can move."""
+    analysis, ends = _analysed(case), _ends(case, DRIVE)
+    if not _sides_held(case, ends):
+        raise Refused(f"the sides of `{case.body.name}` can move", SIDES)
+    return analysis, ends, _open_ends(case, ends)
+
+
+def _moduli(case: Case) -> tuple[float, float]:
+    """Of the drained skeleton at rest: of shear, and of confined compression, Pa."""
+    law = case.material.law
+    return law.shear_modulus, law.lame_lambda + 2.0 * law.shear_modulus
+
+
+def column_of(case: Case) -> Column:
+    """The column of a case, at its time, in small strain. Raises Refused where an assumption is broken."""
+    analysis, ends, drains = _column(case)
+    driven = driven_by(in_full(ends.driving.thing).course, analysis.duration)
+    amount = ends.amount * ends.area if ends.force else ends.amount
+    return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1], case.material.permeability,
+                  ends.force, amount, driven, analysis.now)  # fmt: skip
+
+
+def pressed_column_of(case: Case) -> PressedColumn:
+    """The same in finite strain. Raises Refused."""
+    analysis, ends, drains = _column(case)
+    material = case.material
+    driven = driven_by(in_full(ends.driving.thing).course, analysis.duration)
+    k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
+    times = tuple(float(t) for t in analysis.moments if 0.0 < t < analysis.now)
+    return PressedColumn(ends.length, ends.area, ends.root, ends.axis, drains, skeleton_of(case), k, ends.force,
+                         ends.amount, driven, analysis.now, times)  # fmt: skip
+
+
+def skeleton_of(case: Case) -> Skeleton:
+    """The drained law of a case. Raises Refused where confined compression of it is not known."""
+    from softmark.interpreter.problem.rubbers import rubber_of, word_of
+
+    law = case.material.law
+    word = word_of(law)
+    if word in WHOLE:
+        return Skeleton(word, law.shear_modulus, law.lame_lambda)
+    if word == "linear_elastic":
+        raise Refused("`linear_elastic` is a law of small strain", "use `terzaghi(...)`, or `neo_hookean(...)`")
+    rubber = rubber_of(replace(case, other_material=law))
+    volumetric = vars(law).get("volumetric", "squared")
+    return Skeleton(word, law.shear_modulus, law.lame_lambda, rubber, volumetric)
+
+
+def squeezed_of(reference: Declared, case: Case) -> Squeezed:
+    """The slab or the disc of a case between its plates, at its time. Raises Refused where an assumption is broken."""
+    analysis, ends = _analysed(case), _ends(case, PLATES)
+    if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
+        raise Refused(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
+    _free(case)
+    dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
+    driven = driven_by(in_full(ends.driving.thing).course, analysis.duration)
+    shear, modulus = _moduli(case)
+    amount = ends.amount * ends.area if ends.force else ends.amount
+    return Squeezed(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
+                    case.material.permeability, ends.force, amount, driven, analysis.now)  # fmt: skip
+
+
+def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+    """Of a slab: dimension, half-width, a point of its plane of symmetry, a vector across. Raises Refused."""
+    body = ends.body
+    if not isinstance(body, Rectangular) or body.turns:
+        raise Refused(f"`{case.body.name}` is no slab", "use a box, or a rectangle in `plane_strain(...)`")
+    sides = [c for c in range(3) if c != ends.way]
+    open_ = {c: _open(case, body, c) for c in sides}
+    ways = [c for c in sides if open_[c]]
+    if len(ways) != 1 or not all(body.taken(d.thing.where, ways[0]) for d in case.drains):
+        raise Refused("its fluid does not leave across one direction alone", "`drained(...)` whole sides across one")
+    way, other = ways[0], next(c for c in sides if c != ways[0])
+    if _side_held(case, body, other) != {0, 1}:
+        raise Refused(f"it can grow along {'xyz'[other]}", "hold both faces there, or use `plane_strain(...)`")
+    held = _side_held(case, body, way)
+    if len(held) != 1 or open_[way] != {0, 1} - held:
+        raise Refused(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free and open",
+                      "model one half: hold its middle plane, sealed, and open the other side")  # fmt: skip
+    root = with_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
+    return 1, body.size(way), root, with_coordinate((0.0, 0.0, 0.0), way, 1.0)
+
+
+def _open(case: Case, body: Rectangular, axis: int) -> set[int]:
+    """Which faces across a direction are open."""
+    return set[int]().union(*(body.taken(d.thing.where, axis) for d in case.drains))
+
+
+def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+    """Of a disc: dimension, radius, centre of the held plate, no vector. Raises Refused."""
+    body, none = ends.body, (0.0, 0.0, 0.0)
+    remedy = "use a `cylinder(...)`, or a rectangle beside x = 0 in `axisymmetric(...)`"
+    if isinstance(body, Rectangular):
+        if not body.turns or body.low[0] != 0.0 or ends.way != 1:
+            raise Refused(f"`{case.body.name}` is no disc", remedy)
+        if any(body.taken(d.thing.where, 0) != {1} for d in case.drains):
+            raise Refused("its side is not open all around, and it alone", "`drained(...)` all of its side")
+        if 1 in _side_held(case, body, 0):
+            raise Refused("its side is held", "leave it free")
+        return 2, body.high[0], ends.root, none
+    if not all(body.around(d.thing.where) for d in case.drains):
+        raise Refused("its side is not open all around, and it alone", "`drained(...)` all of its side")
+    for support in case.named_supports:
+        if ends.taken(support.thing.where) and support.thing.components == (ends.way,):
+            continue
+        if not all(body.on_plane(support.thing.where, c) for c in support.thing.components):
+            raise Refused(f"the support `{support.name}` holds what would move",
+                          "across its axis hold only points of the planes through it")  # fmt: skip
+    return 2, body.shape.radius, ends.root, none
+
+
+# ------------------------------------------------------------------ what they say
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """The fluid of a theory, with what has left through each support."""
+
+    theory: Any
+    outflows: Mapping[str, float]  # m^3, by support
+
+    @property
+    def pressures(self) -> tuple[float, float]:
+        """The least and the largest in the body are not looked for."""
+        return math.nan, math.nan
+
+    def pressure(self, point: Vector) -> float:
+        """At a material point, m: Pa."""
+        import numpy as np
+
+        return float(self.theory.pressure(np.array([point]))[0])
+
+
+def at_rest(case: Case, theory: Any) -> AtRest:
+    """What a theory says of forces along the axis, and of fluid. Across it, it says nothing of forces."""
+    ends = _ends(case, DRIVE)
+    none, found = (0.0, 0.0, 0.0), {}
+    unknown = (math.nan, math.nan, math.nan)
+    for support in case.supports:
+        own = ends.taken(support.thing.where)
+        if ends.way not in support.thing.components or not own:
+            found[support.name] = Reaction(unknown, unknown, theory.root, unknown)
+            continue
+        sign, far = (-1.0, 0.0) if own == {ends.held} else (1.0, ends.length)
+        force, at = moved(none, (sign * theory.pull, ends.axis)), moved(theory.root, (far, ends.axis))
+        found[support.name] = Reaction(force, cross(at, force), at, none)
+    nothing = Reaction(none, none, theory.root, none)  # of what holds no point
+    found |= {own.name: nothing for own in (*case.beds, *case.drains)}
+    work = {} if not ends.force else {ends.driving.name: None}
+    return AtRest(found, work, math.nan, dissipated=math.nan, fluid=Fluid(theory, _outflows(case, ends, theory)))
+
+
+def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
+    """What has left through each support, m^3: of two open ends half through each; what two share is the first's."""
+    both, taken, found = getattr(theory, "drains", "") == "both", set[int](), {}
+    for drain in case.drains:
+        own = ends.taken(drain.thing.where) if both else {0}
+        found[drain.name] = theory.lost * len(own - taken) / (2.0 if both else 1.0)
+        taken |= own
+    return found
+
+
+def doubt_of(theory: Any) -> str | None:
+    """Why it is not the truth of the body: strains that are not small."""
+    large = getattr(theory, "strained", 0.0)
+    return LARGE.format(100.0 * large) if large > SMALL else None

@@ -1,0 +1,129 @@
+"""Faces of rectangular and round bodies that supports and loads take, as theories of such bodies ask for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.stretches import ends_of
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused
+from softmark.solvers.mesh.flat import Quadrilateral, Slice
+from softmark.solvers.mesh.shape import Vector3, with_coordinate
+from softmark.solvers.mesh.shapes import Box, Cylinder
+
+SAME = 1e-9  # of its size: how far a side may be from straight along x or y
+BESIDE = 1e-4  # of its radius: what is nearer to a plane through the axis is on it
+ANGLES = ((1.0, 0.0), (0.8, 0.6), (0.28, 0.96), (0.0, 1.0), (-0.6, 0.8), (-1.0, 0.0), (-0.96, -0.28), (0.6, -0.8))
+WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # of the radius: where a side is not
+
+
+@dataclass(frozen=True)
+class Along(Box):
+    """A box whose axis is that of x, y or z, by its number, whichever edge is the longest."""
+
+    way: int = 0
+
+    @property
+    def _longest(self) -> int:
+        return self.way
+
+
+@dataclass(frozen=True)
+class Rectangular:
+    """A box, or a rectangle that is a slice of one; `turns` where it is the half section of a body of revolution."""
+
+    low: Vector3  # m
+    high: Vector3  # m
+    flat: bool = False  # held in its plane, z = 0
+    turns: bool = False
+
+    def size(self, axis: int) -> float:
+        """Its extent along x, y or z, m."""
+        return self.high[axis] - self.low[axis]
+
+    @property
+    def middle(self) -> Vector3:
+        """Its middle, m."""
+        x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
+        return x, y, z
+
+    def taken(self, condition: Condition, axis: int) -> set[int]:
+        """Which of its two faces across an axis a condition selects, 0 the low one, as `ends_of` has ends."""
+        x, y, z = (self.size(a) for a in range(3))
+        return ends_of(condition, Along((x, y, z), self.low, axis))
+
+    def everywhere(self, condition: Condition) -> bool:
+        """Whether a condition selects all of it."""
+        return condition.over(self.low, self.high) == (False, True)
+
+
+@dataclass(frozen=True)
+class Round:
+    """A cylinder, whole."""
+
+    shape: Cylinder
+
+    def around(self, condition: Condition) -> bool:
+        """Whether a condition is about the distance from the axis alone, and selects the side and nothing within."""
+        if condition.groups:
+            return False
+        shape, extent = self.shape, self.shape.diagonal
+        stations = [shape.length * s for s in (0.0, 0.37, 1.0)]
+        for border in condition.borders:
+            for r in (0.37 * shape.radius, shape.radius):
+                levels = [border.at(*self._at(s, r, way)) for s in stations for way in ANGLES]
+                if max(levels) - min(levels) > SAME * extent**border.power:
+                    return False
+        holds = [
+            bool(condition.holds(*self._at(stations[1], r * shape.radius, ANGLES[1]), extent)) for r in (*WITHIN, 1)
+        ]
+        return holds[-1] and not any(holds[:-1])
+
+    def on_plane(self, condition: Condition, axis: int) -> bool:
+        """Whether all that a condition selects lies on the plane through the axis that is normal to x, y or z."""
+        low, high = self.shape.bounds
+        slack, at, extent = BESIDE * self.shape.radius, self.shape.root[axis], self.shape.diagonal
+        above, below = with_coordinate(low, axis, at + slack), with_coordinate(high, axis, at - slack)
+        beside = condition.over(above, high, extent), condition.over(low, below, extent)
+        return not any(true for _, true in beside)
+
+    def _at(self, station: float, radius: float, way: tuple[float, float]) -> Vector3:
+        axis, first, second = self.shape.frame(0.0)
+        x, y, z = (
+            r + station * a + radius * (way[0] * u + way[1] * v)
+            for r, a, u, v in zip(self.shape.root, axis, first, second, strict=True)
+        )
+        return x, y, z
+
+
+def rectangular(case: Case) -> Rectangular | None:
+    """The box of a case, or the rectangle of a plane one; None of any other body."""
+    shape: Any = case.shape
+    if isinstance(shape, Box):
+        return Rectangular(*shape.bounds)
+    if isinstance(shape, Slice) and isinstance(shape.region, Quadrilateral):
+        corners = [
+            (c[0], c[1]) for c in (shape.region.first, shape.region.second, shape.region.third, shape.region.fourth)
+        ]
+        (left, below), (right, above) = shape.region.ends
+        size = max(right - left, above - below)
+        straight = all(
+            min(abs(x - left), abs(x - right)) <= SAME * size and min(abs(y - below), abs(y - above)) <= SAME * size
+            for x, y in corners
+        )
+        if straight:
+            half = 0.5 * case.body.thing.thickness
+            return Rectangular((left, below, -half), (right, above, half), True, bool(case.depth))
+    return None
+
+
+def solid_body(case: Case) -> Rectangular | Round:
+    """The body of a case where it is a box, a rectangle or a whole cylinder. Raises Refused."""
+    if isinstance(case.shape, Cylinder):
+        return Round(case.shape)
+    found = rectangular(case)
+    if found is None:
+        raise Refused(f"`{case.body.name}` is no box, no cylinder and no upright rectangle", "use one of these")
+    return found

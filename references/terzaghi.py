@@ -1,0 +1,190 @@
+"""A column of saturated porous matter that is pressed along its axis and cannot widen: Terzaghi's consolidation."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from softmark.records import dataclass
+from softmark.references.cantilever import Vector
+from softmark.references.centre_line import points_of
+from softmark.references.modes import Followed, enough, must_be_told
+from softmark.references.prony import Driven
+from softmark.references.reference import About, Reference
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.deferred import np
+
+ROUNDING = 1e-13  # relative, of sums of modes
+Drains = Literal["driven", "held", "both"]  # which ends are open
+
+
+@dataclass(frozen=True)
+class Upright:
+    """What stands between a held end and a driven one, cannot widen, and lets fluid out by its ends. SI units."""
+
+    length: float  # m
+    area: float  # m^2
+    root: Vector  # m, the centre of the held end
+    axis: Vector  # unit vector, from there to the driven one
+    drains: Drains
+
+    @property
+    def way(self) -> float:
+        """Which the fluid goes at most, m."""
+        return 0.5 * self.length if self.drains == "both" else self.length
+
+    def _outward(self, y: Array) -> Array:
+        """Displacements (k,) away from the plane that nothing passes, m, at distances y (k,) from it."""
+        raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
+
+    def _folded(self, X: Array) -> tuple[Array, Array, bool]:
+        """Of points X (n, 3) the distance (n,), m, from the plane that lets nothing through, and a sign (n,).
+
+        That plane is the held end, the driven one, or the middle between two that are open. What moves by w (outward
+        from there) moves along the axis by sign w, and by what the open end moves besides where the last is true.
+        Raises Refused for what is no point.
+        """
+        z = (points_of(X) - np.asarray(self.root)) @ np.asarray(self.axis)
+        if self.drains == "driven":
+            return z, np.ones_like(z), False
+        if self.drains == "held":
+            return self.length - z, -np.ones_like(z), True
+        return np.abs(z - 0.5 * self.length), np.sign(z - 0.5 * self.length), True
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        y, sign, moves = self._folded(X)
+        w = self._outward(np.append(y, self.way))
+        found: Array = (sign * w[:-1] + (w[-1] if moves else 0.0))[:, None] * np.asarray(self.axis)
+        return found
+
+    @property
+    def travel(self) -> float:
+        """Of its driven end now, m."""
+        w = self._outward(np.array([self.way]))
+        return float(w[0]) * (2.0 if self.drains == "both" else 1.0)
+
+    @property
+    def lost(self) -> float:
+        """Volume of fluid that has left since the start, m^3."""
+        return -self.area * self.travel
+
+
+@dataclass(frozen=True)
+class Column(Upright):
+    """A column, one end held along the axis and the other pressed by a porous or a tight plate. SI units.
+
+    Its strain is small, along the axis alone, and the pressure of the fluid diffuses: p_t = c p_zz - sigma_t with
+    c = k HA and the total stress sigma = HA u_z - p the same everywhere. Under a force the modes are odd multiples of a
+    quarter wave, where it is moved they are those of u_t = c u_zz between two ends that are given, half waves.
+    """
+
+    modulus: float  # Pa, HA = lambda + 2 mu of the drained skeleton
+    permeability: float  # m^4/(N s)
+    force: bool
+    amount: float  # N or m along the axis, of the driven end
+    driven: Driven
+    now: float  # s
+
+    @property
+    def time(self) -> float:
+        """Of diffusion along that way, s."""
+        return self.way**2 / (self.modulus * self.permeability)
+
+    @cached_property
+    def _waves(self) -> Array:
+        """Wave numbers of its modes, times the way (n,)."""
+        count = enough(self.driven, self.now, self.time, kinks=not self.force)
+        first = 0.5 if self.force else 1.0
+        found: Array = np.pi * np.linspace(first, first + count - 1.0, count)
+        return found
+
+    @property
+    def _rates(self) -> Array:
+        rates: Array = self._waves**2 / self.time
+        return rates
+
+    @property
+    def _strain(self) -> float:
+        """In the end, of the whole course."""
+        return self.amount / (self.area * self.modulus) if self.force else self.amount / self.length
+
+    def _followed(self, y: Array) -> Followed:
+        """What `_outward` is made of."""
+        M, h = self._waves, self.way
+        sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
+        shape = np.sin(M * (y / h)[:, None])
+        shares = -shape * (2.0 * sign / M**2) if self.force else -shape * (2.0 * sign / M)
+        at_once = np.zeros_like(y) if self.force else np.where(y >= h, h, 0.0)
+        return Followed(self._strain * y, self._strain * h * shares, self._strain * at_once)
+
+    def _outward(self, y: Array) -> Array:
+        return self._followed(y).at(self.driven, self._rates, self.now)
+
+    def pressure(self, X: Array) -> Array:
+        """Of the fluid at points X (n, 3) (n,), Pa."""
+        y, _, _ = self._folded(X)
+        M, none = self._waves, np.zeros_like(y)
+        sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
+        shape = np.cos(M * (y / self.way)[:, None])
+        inside = np.where(y < self.way, 1.0, 0.0)
+        shares = -shape * (2.0 * sign / M) if self.force else -2.0 * (shape * sign + 1.0)
+        scale = self.modulus * self._strain
+        moments = None if self.force else 0.5 * scale * self.time * ((y / self.way) ** 2 - 1.0)
+        own = Followed(none, scale * shares, -scale * inside if self.force else none, moments)
+        return own.at(self.driven, self._rates, self.now)
+
+    @property
+    def pull(self) -> float:
+        """The force on its driven end now, N, along the axis."""
+        if self.force:
+            return self.amount * self.driven.left(0.0, self.now)
+        modes = Followed(np.ones(1), np.full((1, len(self._waves)), 2.0), np.zeros(1), np.full(1, self.time / 3.0))
+        return self.area * self.modulus * self._strain * float(modes.at(self.driven, self._rates, self.now)[0])
+
+    @property
+    def estimated_error(self) -> float:
+        """Of a displacement, m: the modes beyond the last, and rounding."""
+        places = np.linspace(0.0, self.way, 9)[1:]
+        missed = self._followed(places).missed(self.driven, self._rates, self.now)
+        return missed + ROUNDING * abs(self._strain) * self.length
+
+    @property
+    def strained(self) -> float:
+        """The largest strain, as far as it is known: of the whole course."""
+        return abs(self._strain)
+
+
+@dataclass(frozen=True)
+class Terzaghi(Reference):
+    """A column of saturated porous matter that cannot widen, pressed along its axis, in small strain: consolidation.
+
+    Fluid and solid keep their volumes, so that a load is the fluid's at first; it leaves through the open ends, and the
+    column settles as the pressure diffuses, c = k HA with the drained modulus of confined compression. A sum over modes
+    for any course of ramps, smooth ones, swings, pulses, tables and what acts at once, of the force or of the travel:
+    settlement (creep), relaxation (Mow 1980), pressure of the fluid. It takes a box, a cylinder, or a plane or
+    revolved rectangle of one `biphasic(...)` material; its sides held across them and sealed, one end held along the
+    axis, the other displaced along it or under a `traction`, and one end or both `drained`; and a `quasistatic`
+    analysis. Metrics `displacement`, `force`, `pore_pressure` and `outflow` may be held against it.
+    Source: Terzaghi 1923; Verruijt 2016, "Theory and Problems of Poroelasticity", chapter 2; Mow, Kuei, Lai and
+    Armstrong 1980, J. Biomech. Eng. 102:73.
+    """
+
+    body: Annotated[Any, "body", "the column"]
+
+    about: ClassVar[About] = "column"
+    with_forces: ClassVar[bool] = True
+    means: ClassVar[str] = "closed form"
+    source: ClassVar[str] = "Terzaghi 1923; Mow, Kuei, Lai and Armstrong 1980, J. Biomech. Eng. 102:73"
+    error_meaning: ClassVar[str] = "modes that are left out, and rounding of the displacement, m"
+
+    def solve(self, column: Column) -> Column:
+        """What it says: the sums are those of the column itself. Raises NotSolved just after a jump."""
+        must_be_told(column.driven, column.now, column.time, moved=not column.force)
+        return column

@@ -1,0 +1,81 @@
+"""Muscle that grows shorter: any law, around a state of rest in which its fibres are shorter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic import FIBRES
+from softmark.solvers.materials.components import product
+from softmark.solvers.materials.muscle import Muscle
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.law import Array
+else:
+    from softmark.solvers.base.deferred import np
+
+
+@dataclass(frozen=True)
+class ActiveStrain(Muscle):
+    """Muscle whose fibres would be shorter, were nothing in their way: active strain, in whatever law it has.
+
+    psi = psi of the law at F Fa^-1, f the fibres before deformation, and
+    Fa = (1 - s) f (x) f + (1 - s)^(-1/2) (I - f (x) f)
+    Where nothing holds it, it is free of stress at F = Fa: its fibres are shorter by `shortening` s, and it is thicker
+    across them, for Fa keeps the volume. Held at its length it pulls, with the stress that its law has in fibres of the
+    stretch 1 / (1 - s). So what it pulls is what its law resists, and grows less where it has shortened; a tension that
+    is given (`active`) does not know how far it has. Less than nothing makes it longer. By a `course` it shortens from
+    state to state, or in the time of a quasistatic analysis; in a motion it is short from the start, and a course is
+    refused. It may vary in space. Its stress comes at once and not with the loads: where one step is too long, take
+    several states.
+    Source: Ambrosi, Pezzuto (2012), "Active stress vs. active strain in mechanobiology: constitutive issues",
+    J. Elasticity 107:199; Nardinocchi, Teresi (2007), J. Elasticity 88:27.
+    """
+
+    law: Annotated[Any, "material", "the material that it is when it is not shortened"]
+    shortening: Annotated[float, "1 in [-0.5, 0.5]", "s, by which part of their length fibres that are free shorten"]
+    own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
+    course: Annotated[Any | None, "course", "how it shortens and lengthens; whole without"] = None
+    varying = ("density", "shortening")
+    does = "shortening"
+
+    def _psi(self, f: Array) -> Array:
+        psi: Array = self.within._psi(product(f, self._back(f)))
+        return psi
+
+    def _P(self, f: Array) -> Array:
+        A = self._back(f)
+        P: Array = product(self.within._P(product(f, A)), A)
+        return P
+
+    def _dPdF(self, f: Array, H: Array) -> None:
+        A = self._back(f)
+        self.within._dPdF(product(f, A), H)
+        _carried_back(H, A)
+
+    def _back(self, f: Array) -> Array:
+        """Fa^-1 (3, 3, m or 1), of the precision of f (3, 3, m): symmetric, of determinant one."""
+        d, left = self.frame.axes(f.dtype)[0], 1.0 - np.asarray(self.shortening, dtype=f.dtype)
+        across, along = np.sqrt(left), 1.0 / left
+        A: Array = (along - across) * (d[:, None] * d[None])
+        for i in range(3):
+            A[i, i] += across
+        return A
+
+
+def _carried_back(H: Array, A: Array) -> None:
+    """H_iJkL <- H_iMkN A_MJ A_NL, on and above the diagonal; A (3, 3, m or 1) symmetric."""
+    for r in range(9):
+        H[r + 1 :, r] = H[r, r + 1 :]
+    whole = np.empty_like(H)
+    for i in range(0, 9, 3):
+        for J in range(3):
+            whole[i + J] = A[0, J] * H[i] + A[1, J] * H[i + 1] + A[2, J] * H[i + 2]
+    for k in range(0, 9, 3):
+        for L in range(3):
+            c = k + L
+            H[: c + 1, c] = (
+                A[0, L] * whole[: c + 1, k] + A[1, L] * whole[: c + 1, k + 1] + A[2, L] * whole[: c + 1, k + 2]
+            )

@@ -1,0 +1,134 @@
+"""Gmsh's format 4.1 of files with all of their elements (`Mesh.SaveAll`), those in no physical group as well.
+
+meshio tells the physical group of those blocks alone that have one, and then stops at its own list, which is shorter
+than that of blocks. Where entities have no group they are given the number 0 here, which is none.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from softmark.records import dataclass
+
+PLACE = {0: 3}  # numbers that say where an entity is: of a point its coordinates, of others the corners of a box
+BOX = 6
+BEGIN, END = b"$Entities", b"$EndEntities"
+MOST = 1 << 32  # of anything: more is a broken file
+
+
+@dataclass(frozen=True)
+class Entity:
+    """One of them: its number, where it is, as the file writes it, its groups, and what bounds it; points nothing."""
+
+    tag: int
+    place: bytes
+    groups: tuple[int, ...]
+    bounds: tuple[int, ...] | None
+
+
+Dims = list[list[Entity]]  # points, curves, surfaces, volumes
+
+
+def completed(path: Path) -> bytes | None:
+    """The file as meshio can read it; None where it can as it is, or where it is of another format."""
+    with path.open("rb") as file:
+        head = file.read(64).split()
+        if head[:1] != [b"$MeshFormat"] or head[1:2] != [b"4.1"]:
+            return None
+        file.seek(0)
+        data = file.read()
+    start = data.find(BEGIN)
+    if start < 0 or len(head) < 4:
+        return None
+    start = data.index(b"\n", start) + 1
+    text, wide = head[2] == b"0", int(head[3])
+    try:
+        dims, end = _words(data, start) if text else _numbers(data, start, wide)
+    except (ValueError, IndexError, StopIteration, struct.error):
+        return None  # which meshio may say
+    grouped = {bool(own.groups) for entities in dims for own in entities}
+    if len(grouped) < 2:
+        return None
+    return data[:start] + (_as_words if text else _as_numbers(wide))(dims) + data[end:]
+
+
+def _words(data: bytes, start: int) -> tuple[Dims, int]:
+    """Entities of a text from a place on, and where their section ends."""
+    end = data.index(END, start)
+    words = iter(data[start:end].split())
+
+    def whole() -> int:
+        return int(next(words))
+
+    def place(count: int) -> bytes:
+        return b" ".join(next(words) for _ in range(count))
+
+    return _entities(whole, whole, place), end
+
+
+def _numbers(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
+    """The same of binary numbers, of which counts have so many bytes."""
+    at = start
+
+    def raw(count: int) -> bytes:
+        nonlocal at
+        at += count
+        if at > len(data):
+            raise IndexError("it breaks off")
+        return data[at - count : at]
+
+    def whole() -> int:
+        return int(struct.unpack("=i", raw(4))[0])
+
+    def size() -> int:
+        return int(struct.unpack("=Q" if wide == 8 else "=I", raw(wide))[0])
+
+    dims = _entities(whole, size, lambda count: raw(8 * count))
+    return dims, at
+
+
+def _entities(whole: Callable[[], int], size: Callable[[], int], place: Callable[[int], bytes]) -> Dims:
+    counts = [size() for _ in range(4)]
+    if not 0 <= max(counts) < MOST:
+        raise ValueError("it cannot have so many")
+
+    def several() -> tuple[int, ...]:
+        return tuple(whole() for _ in range(size()))
+
+    return [
+        [
+            Entity(whole(), place(PLACE.get(dim, BOX)), several(), several() if dim else None)
+            for _ in range(count)
+        ]
+        for dim, count in enumerate(counts)
+    ]  # fmt: skip
+
+
+def _lists(own: Entity) -> Iterator[tuple[int, ...]]:
+    """What an entity has several of: its groups, or the number 0, and what bounds it."""
+    yield own.groups or (0,)
+    if own.bounds is not None:
+        yield own.bounds
+
+
+def _as_words(dims: Dims) -> bytes:
+    lines = [" ".join(str(len(entities)) for entities in dims).encode()]
+    for own in (own for entities in dims for own in entities):
+        lists = (str(n).encode() for some in _lists(own) for n in (len(some), *some))
+        lines.append(b" ".join([str(own.tag).encode(), own.place, *lists]))
+    return b"\n".join(lines) + b"\n"
+
+
+def _as_numbers(wide: int) -> Callable[[Dims], bytes]:
+    letter = "Q" if wide == 8 else "I"
+
+    def written(dims: Dims) -> bytes:
+        found = [struct.pack(f"=4{letter}", *map(len, dims))]
+        for own in (own for entities in dims for own in entities):
+            found += [struct.pack("=i", own.tag), own.place]
+            found += [struct.pack(f"={letter}{len(some)}i", len(some), *some) for some in _lists(own)]
+        return b"".join(found)
+
+    return written
