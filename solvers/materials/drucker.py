@@ -23,13 +23,14 @@ from softmark.solvers.materials.polar import stretches
 if TYPE_CHECKING:
     from softmark.solvers.materials.law import Array
 
+FLAT = 1e-6  # of the longest stretch: below it slopes by ln s, which are as s^2 there, are rounding
 NEAR = 1e-5  # logarithms of stretches that are nearer: the turning of axes is a change along them
 
 
 def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
     """At which of the states F (m, 3, 3) a law is not stable so (m,); None of a law that knows directions.
 
-    States outside its domain, which have no stress, are not counted.
+    States outside its domain, which have no stress, are not counted, nor are those pressed flat (`FLAT`).
     """
     return law_by_law(_known, law, F, held)
 
@@ -42,7 +43,8 @@ def _lost(law: Any, F: Array, held: Held | None) -> Bools:
     f = components(F)
     s = stretches(f)
     e = np.log(s)
-    e[0] += np.where(volume_change(displacement_gradient(f)) > -1.0, 0.0, np.nan)
+    known = (volume_change(displacement_gradient(f)) > -1.0) & (s.min(axis=0) > FLAT * s.max(axis=0))
+    e[0] += np.where(known, 0.0, np.nan)
     _, tau, bent = law.principal(tuple(e))
     if held is not None and not isinstance(held.constraint, OfVolume):
         _held_otherwise(held, s, bent)

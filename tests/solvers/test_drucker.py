@@ -146,3 +146,11 @@ def test_a_law_with_directions_is_not_asked() -> None:
     made: Any = material("neo_hookean", young=1.0, poisson=0.3, density=1.0)
     assert made.steady_above == 0.0
     assert lost(object(), np.eye(3)[None]) is None
+
+
+def test_what_is_pressed_flat_is_not_asked() -> None:
+    """Slopes by ln s are as s^2 of a stretch that vanishes: their signs are rounding, and change with the machine."""
+    law = law_for(material("st_venant_kirchhoff", young=1.0, poisson=0.3, density=1.0), "finite")
+    flat = np.array([np.diag([2.3, t, t * (1.0 + 1e-9)]) for t in (1e-7, 1e-12, 1e-16)])
+    assert not lost(law, flat).any()
+    assert lost(law, np.array([np.diag([0.5, 0.5, 0.5])])).all()  # tau is as s^2 (s^2 - 1): below 0.71
