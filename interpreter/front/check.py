@@ -21,7 +21,7 @@ from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
-from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.scene import Declared, Location, Scene, rigid
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, case_of, reach
@@ -70,7 +70,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
         body = scene.declared.get(declared.value("body") or "")
-        if condition is None or body is None or body.thing.shape.bounds is None:
+        if condition is None or body is None or rigid(body) or body.thing.shape.bounds is None:
             continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
@@ -219,6 +219,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
+    moved |= any(support.thing.moves for touch in case.contacts for support in touch.moved)
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 
