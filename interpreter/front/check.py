@@ -95,6 +95,11 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if problem:
             at = body.at("region" if body.thing.planar else "shape")
             yield diagnostic("E581", at, f"`{body.name}` has a shape that no body has: {problem}", "no such shape")
+        elif not body.thing.shape.meshed and not body.thing.planar and body.value("material") is not None:
+            yield diagnostic("E610", body.at("shape"), f"`{body.name}` deforms, and no cells are made of its shape",
+                             "a shape of rigid bodies alone",
+                             "take a `box`, `cylinder`, `cone` or another that has a mesh; an instrument that does not "
+                             "deform is `rigid(...)`, without a material")  # fmt: skip
 
 
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -129,7 +134,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if not points:
             continue
         body = scene.declared[declared.thing.body]
-        if body.thing.shape.fault:
+        if body.thing.shape.fault or not body.thing.shape.meshed:
             continue
         shape = body.thing.shape
         outside = {field: point for field, point in reversed(points) if not shape.contains(point)}
@@ -236,7 +241,11 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Doubts of models; what holds for several is said once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
-        if case.shape.fault or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
+        if (
+            case.shape.fault
+            or not case.shape.meshed
+            or (_blamed(case.body, found) and case.shape.flat != bool(case.planar))
+        ):
             continue  # of what is no body, no more is said
         unfit = [*plane.model(model, case), *_wired(model, case), *_with_fibres(model, case)]
         yield from unfit
