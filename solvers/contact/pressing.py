@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 PRESSED = 1e-6  # of the largest force per area: what is less is no contact
-POINTS = 4  # squared: of Gauss, for products of linear shape functions on facets that are not flat
+POINTS = 4  # squared: of Gauss, for linear shape functions on facets that are not flat
 NEWTON = 12  # iterations for the border on a side, which is a cubic with one root
 
 
@@ -28,10 +28,10 @@ class Pressing:
 
     A node's own force over an area of its own is no pressure: of quadratic facets a uniform pressure puts nothing on
     corners of triangles. So forces at mid-sides go to the corners at their ends, half each: what a corner then has is
-    the pressure times the linear shape function of that corner, integrated, exactly. The field that is linear on
-    facets, or bilinear, and has these integrals is found by dividing by the areas of the corners, and one correction by
-    the mass matrix, which is left at zero where it were to pull. It is of second order. Pressures are per area at `x`;
-    with the `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
+    the pressure times the linear shape function of that corner, integrated, exactly. Over the integral of that function
+    it is a mean around the corner: never negative, of second order, and it comes to the same force. (A consistent mass
+    matrix would undo the mean, and make more of what a coarse mesh has wrong.) Pressures are per area at `x`; with the
+    `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
 
     `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends.
     """
@@ -69,30 +69,26 @@ class Pressing:
         return found
 
     @cached_property
-    def _mass(self) -> Floats:
-        """Integrals of N_a N_b over each facet (k, c, c), m^2."""
-        plain = self.plain
+    def _weights(self) -> Floats:
+        """Integrals of the linear shape function of each corner over each facet (k, c), m^2."""
         xi, w = moments.fine(self._facet.corners, POINTS)
-        X, N = self.x[self.corners], plain.shape(xi)
-        t = np.einsum("qaj,kai->jkqi", plain.gradient(xi), X)
+        X, N = self.x[self.corners], self.plain.shape(xi)
+        t = np.einsum("qaj,kai->jkqi", self.plain.gradient(xi), X)
         dA = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1)
         if self.depth:
             from softmark.solvers.energies.revolved import around
 
             dA = dA * around(np.abs(X[:, :, 0]) @ N.T, self.depth)
-        found: Floats = np.einsum("kq,qa,qb->kab", dA, N, N)
+        found: Floats = dA @ N
         return found
 
     @cached_property
     def pressures(self) -> Floats:
         """At all nodes (n,), Pa: positive where something presses, and zero elsewhere."""
-        F, mass = self._forces, self._mass
-        area = np.bincount(self.corners.ravel(), mass.sum(axis=2).ravel(), minlength=len(F))
-        on = (area > 0.0) & (F > 0.0)
-        size = np.where(on, area, 1.0)
-        p = np.where(on, F / size, 0.0)
-        again = np.bincount(self.corners.ravel(), (mass @ p[self.corners][..., None]).ravel(), minlength=len(F))
-        p = np.where(on, np.maximum(p + (F - again) / size, 0.0), 0.0)
+        F = self._forces
+        area = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F))
+        on = area > 0.0
+        p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
         for i, ends in enumerate(self._facet.between):
             p[self.facets[:, self._facet.corners + i]] = p[self.facets[:, list(ends)]].mean(axis=1)
         return p
