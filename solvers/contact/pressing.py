@@ -33,6 +33,9 @@ class Pressing:
     matrix would undo the mean, and make more of what a coarse mesh has wrong.) Pressures are per area at `x`; with the
     `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
 
+    Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses on
+    them is told of all together.
+
     `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends.
     """
 
@@ -42,6 +45,7 @@ class Pressing:
     g: Floats
     modulus: float
     depth: float = 0.0
+    alike: Ints | None = None
 
     @cached_property
     def corners(self) -> Ints:
@@ -87,6 +91,8 @@ class Pressing:
         """At all nodes (n,), Pa: positive where something presses, and zero elsewhere."""
         F = self._forces
         area = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F))
+        if self.alike is not None:
+            F, area = (np.bincount(self.alike, each)[self.alike] for each in (F, area))
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
         for i, ends in enumerate(self._facet.between):

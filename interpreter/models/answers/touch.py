@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.loads import Vector
     from softmark.solvers.contact.touching import Touching
 
+SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
 ON = 1e-3  # of the extent of the surface: a point that is farther from it is not on it
 
 
@@ -52,11 +53,18 @@ class Surface:
         return float(share[nearest] @ self.pressing.pressures[triangles[nearest]])
 
 
+def _alike(X: Floats) -> Ints:
+    """A number for each node (n,) of a slice, the same for all at one place in its plane."""
+    size = float(np.ptp(X, axis=0).max())
+    found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    return found
+
+
 def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> Touch:
     """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
     f, g = np.zeros(len(X)), np.full(len(X), np.inf)
     g[contact.nodes] = contact.gaps(u)
     f[contact.nodes] = contact.A * contact.pressures(u)
     assert contact.facets is not None
-    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth)
+    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, _alike(X) if case.planar else None)
     return Touch(own.area, own.largest, float(g.min()), own.left, Surface(X, contact.nodes, own))
