@@ -3,7 +3,8 @@
 By Green's and Collins's complex potential (Barber 2010, Elasticity, ch. 30): with zeta = z + i t, z into the body,
 
     dphi/dz = Re int_0^a g(t) / sqrt(r^2 + zeta^2) dt,    g(t) = -(E*/pi) (d - c t^n),    E* = E / (1 - nu^2),
-    2 G u_z = -2 (1 - nu) dphi/dz + z d2phi/dz2,    2 G u_r = (1 - 2 nu) dphi/dr + z d2phi/drdz,    p = d2phi/dz2 (z = 0)
+    2 G u_z = -2 (1 - nu) dphi/dz + z d2phi/dz2,    2 G u_r = (1 - 2 nu) dphi/dr + z d2phi/drdz,
+    p = d2phi/dz2 where z = 0,
 
 where c t^n is t^2/R of a sphere, t pi/(2 tan(angle)) of a cone and 0 of a flat punch: integrals that are elementary.
 """
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
+    Complex = NDArray[np.complex128]
 else:
     from softmark.references.deferred import np
 
@@ -230,31 +232,31 @@ class HalfSpace:
 
 def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
     """dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) of g = t^n up to a, n <= 2, at r > 0 and z >= 0 (k,), m."""
-    last = z + 1j * a
+    first, last = z + 0j, z + 1j * a
     sums = _integrals(n + 1, a, r, z)
 
-    def ends(of: Array, first: Array) -> Array:  # [t^n f]
-        found: Array = a**n * of - (first if n == 0 else 0.0)
-        return found
+    def ends(high: Complex, low: Complex) -> Complex:  # [t^n f]
+        return a**n * high - low if n == 0 else a**n * high
 
-    s0, s1 = (_root(r, zeta) for zeta in (z + 0j, last))
+    s0, s1 = (_root(r, zeta) for zeta in (first, last))
     with_zeta = [z * sums[k] + 1j * sums[k + 1] for k in range(n + 1)]
-    by_r = (a ** (n + 1) / (n + 1) - with_zeta[n].real) / r
+    by_r: Array = (a ** (n + 1) / (n + 1) - with_zeta[n].real) / r
     by_zz = -1j * ends(1.0 / s1, 1.0 / s0)
-    by_rz = 1j * ends(last / (r * s1), z / (r * s0))
+    by_rz = 1j * ends(last / (r * s1), first / (r * s0))
     if n:
         by_zz = by_zz + 1j * n * sums[n - 1]
         by_rz = by_rz - 1j * n * with_zeta[n - 1] / r
-    return by_r, sums[n].real, by_rz.real, by_zz.real
+    by_z: Array = sums[n].real
+    return by_r, by_z, by_rz.real, by_zz.real
 
 
-def _root(r: Array, zeta: Array) -> Array:
+def _root(r: Array, zeta: Complex) -> Complex:
     """sqrt(r^2 + zeta^2), with the branch that is r at zeta = 0; never 0."""
     found = np.sqrt(r**2 + zeta**2 + 0j)
     return np.where(np.abs(found) < 1e-12 * r, 1e-12 * r, found)
 
 
-def _integrals(most: int, a: float, r: Array, z: Array) -> list[Array]:
+def _integrals(most: int, a: float, r: Array, z: Array) -> list[Complex]:
     """int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt for n = 0 to most (k,): binomials of those of zeta^n, elementary."""
     ends = []
     for zeta in (z + 0j, z + 1j * a):

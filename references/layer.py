@@ -8,7 +8,8 @@ What a pressure p moves the surface of a layer, by Hankel's transform, with w = 
 makes of the shape of the tip Fredholm's equation of the second kind (Lebedev and Ufliand 1958, PMM 22:442; Hayes et al.
 1972, J Biomech 5:541), with the tip's c t^n of `half_space`,
 
-    y(t) - (1/pi) int_0^a y(s) (K(t + s) + K(t - s)) ds = (E*/pi) (d - c t^n),   K(x) = int_0^oo (1 - L) cos(w x/h) dw / h,
+    y(t) - (1/pi) int_0^a y(s) (K(t + s) + K(t - s)) ds = (E*/pi) (d - c t^n),
+    K(x) = int_0^oo (1 - L) cos(w x/h) dw / h,
 
 where y(a) = 0 unless the tip has an edge; the force is 2 pi int y dt.
 """
@@ -40,11 +41,11 @@ CLOSEST = 1e-13  # relative, of the radius of contact
 def stiffened(w: Array, poisson: float, bonded: bool) -> Array:
     """1 - L (n,), of w > 0 (n,): what the base takes from the displacement of a half-space."""
     if not bonded:
-        found: Array = 1.0 - (np.cosh(2.0 * w) - 1.0) / (np.sinh(2.0 * w) + 2.0 * w)
-        return found
+        sliding: Array = 1.0 - (np.cosh(2.0 * w) - 1.0) / (np.sinh(2.0 * w) + 2.0 * w)
+        return sliding
     c = 3.0 - 4.0 * poisson
-    denominator = 2.0 * c * np.cosh(2.0 * w) + 1.0 + c**2 + 4.0 * w**2
-    found = (2.0 * c * np.exp(-2.0 * w) + 1.0 + c**2 + 4.0 * w**2 + 4.0 * w) / denominator
+    rest = 1.0 + c**2 + 4.0 * w**2
+    found: Array = (2.0 * c * np.exp(-2.0 * w) + rest + 4.0 * w) / (2.0 * c * np.cosh(2.0 * w) + rest)
     return found
 
 
@@ -86,7 +87,7 @@ class Layer:
         system = np.eye(len(t))
         system[:, :-1] -= kernel * (a * weights) / math.pi
         right = np.stack([np.ones(len(t)), -self.tip.at(t)], axis=1)
-        found = np.linalg.solve(system, right) * self.modulus / math.pi
+        found: Array = np.linalg.solve(system, right) * self.modulus / math.pi
         return found[:, 0], found[:, 1]
 
     @cached_property

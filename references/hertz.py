@@ -1,0 +1,54 @@
+"""A rigid sphere, or a cylinder along z, that is pressed into a face without friction: Hertz's contact."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused
+from softmark.references.reference import About, Reference
+
+if TYPE_CHECKING:
+    from softmark.references.half_space import HalfSpace
+    from softmark.references.line_contact import LineContact
+    from softmark.references.pressed import Pressed
+
+
+@dataclass(frozen=True)
+class Hertz(Reference):
+    """A rigid sphere, or a cylinder along z, that is pressed into a face without friction: force and pressure.
+
+    Of a sphere, with E* = E / (1 - nu^2): radius of contact sqrt(R d), force 4/3 E* sqrt(R) d^(3/2), largest pressure
+    2 E*/pi sqrt(d/R); displacements are those of a half-space, of every point of it. Of a cylinder on a body in
+    plane strain: half-width a = sqrt(4 P R / (pi E*)) and largest pressure 2 P / (pi a) of the force P by length. How
+    deep that presses depends on the body's depth: it is found from the travel for a strip on its far face, by the
+    equation of `line_contact`, and displacements are not told.
+
+    It takes a box, a cylinder pressed on an end, or a rectangle in `plane_strain` or beside x = 0 in `axisymmetric`;
+    one rigid body that is `displaced` toward it, or stays; and a far face that is fixed, or held along its normal.
+    `symmetric` planes may go through the axis. A law of large strain has its small-strain moduli. By how much the force
+    may be off for a depth that is not small, for the thickness and for free sides is in the report (`off`), and said
+    with every answer beyond 5 %; half the thickness or the width is refused. Metrics `displacement`, `force`,
+    `contact_area` and `contact_pressure` may be held against it.
+    Source: Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4.
+    """
+
+    body: Annotated[Any, "body", "the body that is pressed"]
+
+    about: ClassVar[About] = "pressed"
+    with_forces: ClassVar[bool] = True
+    means: ClassVar[str] = "closed form"
+    source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
+    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m"
+
+    def solve(self, pressed: Pressed) -> HalfSpace | LineContact:
+        """What it says. Raises Refused where an assumption is broken."""
+        pressed.must_slip_freely()
+        pressed.must_be_shallow()
+        if pressed.kind == "cylinder":
+            from softmark.references.line_contact import line_contact
+
+            return line_contact(pressed)
+        if pressed.kind != "sphere":
+            raise Refused(f"what presses is a {pressed.kind}", "use `sneddon(...)`")
+        return pressed.half_space
