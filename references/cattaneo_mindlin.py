@@ -145,7 +145,7 @@ class CattaneoMindlin(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7"
-    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m"
+    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
     def solve(self, pressed: Pressed) -> PartialSlip:
         """What it says. Raises Refused where an assumption is broken."""

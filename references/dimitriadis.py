@@ -87,7 +87,9 @@ class Dimitriadis(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "series"
     source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"
-    error_meaning: ClassVar[str] = "the depth by which its force differs from that of the layer's integral equation, m"
+    error_meaning: ClassVar[str] = (
+        "depth by which the force differs from the integral equation, m, which solves it to rounding"
+    )
 
     def solve(self, pressed: Pressed) -> Series:
         """What it says. Raises Refused where an assumption is broken."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
-    Complex = NDArray[np.complex128]
+    Complex = NDArray[np.complexfloating]
 else:
     from softmark.references.deferred import np
 

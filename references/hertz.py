@@ -39,7 +39,7 @@ class Hertz(Reference):
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
-    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m"
+    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
     def solve(self, pressed: Pressed) -> HalfSpace | LineContact:
         """What it says. Raises Refused where an assumption is broken."""

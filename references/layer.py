@@ -87,7 +87,7 @@ class Layer:
         system = np.eye(len(t))
         system[:, :-1] -= kernel * (a * weights) / math.pi
         right = np.stack([np.ones(len(t)), -self.tip.at(t)], axis=1)
-        found: Array = np.linalg.solve(system, right) * self.modulus / math.pi
+        found: Array = np.asarray(np.linalg.solve(system, right) * self.modulus / math.pi, dtype=np.float64)
         return found[:, 0], found[:, 1]
 
     @cached_property

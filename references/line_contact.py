@@ -83,7 +83,7 @@ class Strip:
             log = 0.5 * (log + math.pi / (even + 2) * np.cos((even + 2) * turn))
             system[:, k] = -2.0 * a / (math.pi * self.modulus) * (smooth @ weight - log)
         system[:, n] = 1.0
-        found: Array = np.linalg.solve(system, right)
+        found: Array = np.asarray(np.linalg.solve(system, right), dtype=np.float64)
         return float(found[n]), found[:n]
 
     @cached_property

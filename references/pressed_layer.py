@@ -80,7 +80,7 @@ class PressedLayer(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "integral equation"
     source: ClassVar[str] = "Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes et al. 1972, J. Biomech. 5, 541-551"
-    error_meaning: ClassVar[str] = "rounding, of the depth at which it has its force, m"
+    error_meaning: ClassVar[str] = "of the depth at which it has its force, m: rounding"
 
     def solve(self, pressed: Pressed) -> InLayer:
         """What it says. Raises Refused where an assumption is broken."""

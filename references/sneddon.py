@@ -33,7 +33,7 @@ class Sneddon(Reference):
     with_forces: ClassVar[bool] = True
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Sneddon 1965, Int. J. Eng. Sci. 3, 47-57"
-    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m"
+    error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
     def solve(self, pressed: Pressed) -> HalfSpace:
         """What it says. Raises Refused where an assumption is broken."""
