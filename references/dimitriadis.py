@@ -87,9 +87,7 @@ class Dimitriadis(Reference):
     with_displacements: ClassVar[bool] = False
     means: ClassVar[str] = "series"
     source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"
-    error_meaning: ClassVar[str] = (
-        "depth by which the force differs from the integral equation, m, which solves it to rounding"
-    )
+    error_meaning: ClassVar[str] = "depth of which its force is off by the integral equation, m, and rounding"
 
     def solve(self, pressed: Pressed) -> Series:
         """What it says. Raises Refused where an assumption is broken."""

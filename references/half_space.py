@@ -39,6 +39,8 @@ class Tip:
     rate: float  # c, m^(1-n)
     edge: float | None = None  # m
     span: float = math.inf  # m: of a sphere its radius, what the depth is small beside
+    rim: float = 0.0  # m, of a punch: the radius that its edge is rounded by
+    blunt: float = 0.0  # m, of a cone: by how much it ends before the tip that it would have
 
     @classmethod
     def sphere(cls, radius: float) -> Tip:
@@ -47,17 +49,24 @@ class Tip:
         return cls(2, 1.0 / radius, span=radius)
 
     @classmethod
-    def cone(cls, angle: float) -> Tip:
-        """Of a cone by the angle between its axis and its side, rad."""
+    def cone(cls, angle: float, blunt: float = 0.0) -> Tip:
+        """Of a cone by the angle between its axis and its side, rad, and by how much it is `blunt`, m."""
         if not 0.0 < angle < 0.5 * math.pi:
             raise Refused(f"the half-angle of the cone is {math.degrees(angle):g} degrees", "it is between 0 and 90")
-        return cls(1, 0.5 * math.pi / math.tan(angle))
+        return cls(1, 0.5 * math.pi / math.tan(angle), blunt=blunt)
 
     @classmethod
-    def punch(cls, radius: float) -> Tip:
-        """A flat end, m."""
+    def punch(cls, radius: float, rim: float = 0.0) -> Tip:
+        """A flat end, m, and the radius that its edge is rounded by, m."""
         _positive("radius", radius)
-        return cls(0, 0.0, radius)
+        return cls(0, 0.0, radius, rim=rim)
+
+    def off(self, depth: float) -> dict[str, float]:
+        """By how much, relative, the force may be off for what it is not: of a depth that is not small, and of edges."""
+        found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
+        if self.rim and self.edge:
+            found["rim"] = self.rim / self.edge
+        return found | ({"tip": self.grows * self.blunt / depth} if self.blunt else {})
 
     @property
     def grows(self) -> float:
@@ -212,21 +221,22 @@ class HalfSpace:
     def off(self) -> dict[str, float]:
         """By how much, relative, its force may be off for what the theory leaves out.
 
-        `depth`: that it is not small beside the radius of a sphere. `thickness`: by the integral equation of a layer.
-        `sides`: by what a half-space moves there, which is an order of magnitude.
+        `depth`: that it is not small beside the radius of a sphere; `rim` and `tip` that an edge is rounded.
+        `thickness`: by the integral equation of a layer. `sides`: by what a half-space moves there, an order of
+        magnitude.
         """
         from softmark.references.layer import Layer
 
         if not self.touches:
-            return {"depth": 0.0, "thickness": 0.0, "sides": 0.0}
+            return {"thickness": 0.0, "sides": 0.0}
         thickness = 0.0
         if math.isfinite(self.around.thickness):
             layer = Layer(self.tip, self.depth, self.young, self.poisson, self.around.thickness, self.around.bonded)
             thickness = layer.push / self.push - 1.0
         return {
-            "depth": self.depth / self.tip.span,
             "thickness": thickness,
             "sides": -self.tip.grows * self._beside / self.depth,
+            **self.tip.off(self.depth),
         }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from softmark.records import dataclass
@@ -22,7 +23,7 @@ class Pressed:
     """A body that a rigid one presses. SI units."""
 
     kind: Kind
-    size: float  # m: radius of a sphere, a punch or a cylinder; of a cone its half-angle, rad
+    size: float  # m: radius of a sphere, a cylinder, or of what is flat of a punch; of a cone its half-angle, rad
     depth: float  # m, that it has moved since it touched; negative where a gap is left
     young: float  # Pa
     poisson: float  # 1
@@ -33,6 +34,7 @@ class Pressed:
     slid: Vector = (0.0, 0.0, 0.0)  # m, along the face since it touched
     share: float = 1.0  # of the whole that the body is: 1/2 beside a plane of symmetry, 1/4 between two
     slice: float | None = None  # m, along z of one in plane strain
+    edge: float = 0.0  # m: the radius that the rim of a punch, or the tip of a cone, is rounded by
     turned: bool = False  # whether it was moved along the face while it was pressed in as well, or back
 
     @property
@@ -42,9 +44,9 @@ class Pressed:
             case "sphere":
                 return Tip.sphere(self.size)
             case "cone":
-                return Tip.cone(self.size)
+                return Tip.cone(self.size, self.edge * (1.0 / math.sin(self.size) - 1.0))
             case "punch":
-                return Tip.punch(self.size)
+                return Tip.punch(self.size, self.edge)
         raise Refused("what presses is a cylinder along z", "use `hertz(...)`")
 
     @property

@@ -167,7 +167,7 @@ def test_a_layer_under_a_wide_punch_is_a_column() -> None:
 
 
 def test_a_strip_that_a_cylinder_presses() -> None:
-    """The catalogue has a = 1.273620 and p0 = 17.494776; a strip that is thick has the half-width and pressure of Hertz."""
+    """The catalogue has a = 1.273620 and p0 = 17.494776; thick, it is as wide as Hertz has it of its force."""
     modulus = 200.0 / (1.0 - 0.09)
     a = half_width(35.0, 8.0, modulus)
     assert a == pytest.approx(1.273620, abs=6e-7)
