@@ -62,7 +62,7 @@ class Tip:
         return cls(0, 0.0, radius, rim=rim)
 
     def off(self, depth: float) -> dict[str, float]:
-        """By how much, relative, the force may be off for what it is not: of a depth that is not small, and of edges."""
+        """By how much, relative, the force may be off for a depth that is not small, and for edges."""
         found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
         if self.rim and self.edge:
             found["rim"] = self.rim / self.edge
