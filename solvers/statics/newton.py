@@ -53,8 +53,8 @@ class Newton:
         """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
         g = self.assembly.gradient(x, load)
         external = np.zeros_like(g)
-        for energy in self.assembly.loads:
-            energy.add_gradient(x, external, load)
+        for energy, scale in self.assembly.loaded(load):
+            energy.add_gradient(x, external, scale)
         weighted = g * self.problem.weights
         forces = (external * self.problem.weights, weighted[self.problem.fixed], weighted[self.assembly.free])
         load_size, reactions, size = (float(np.linalg.norm(f)) for f in forces)
@@ -193,7 +193,7 @@ class Newton:
             raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
-        recent, most = deque([value], MEMORY), max(self.problem.max_iterations, patience)
+        recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
         for number in range(most + 1):
             g, residual = self.residual(x, load)
             if self._done(x, g, residual):
@@ -248,7 +248,7 @@ class Newton:
 
     def _energy(self, x: Floats, load: float) -> float:
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
-            loads = (load * e.value(x) for e in self.assembly.loads) if load != 0.0 else ()
+            loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
             self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 

@@ -58,12 +58,17 @@ class Solved:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Forces of every bed at the nodes (n, 3), by name, and what of them is not sure, N. Raises Unchecked."""
-        if not self.case.beds:
-            return {}, 0.0
-        from softmark.interpreter.evidence.bed_check import of_beds
+        """Forces of every bed and contact at the nodes (n, 3), by name, and what of them is not sure, N. Raises Unchecked."""
+        found, unsure = dict[str, Floats](), 0.0
+        if self.case.beds:
+            from softmark.interpreter.evidence.bed_check import of_beds
 
-        return of_beds(self.case, self.mesh, self.u)
+            found, unsure = of_beds(self.case, self.mesh, self.u)
+        if self.case.contacts:
+            from softmark.interpreter.evidence.contact_check import of_contacts
+
+            found = found | of_contacts(self.case, self.mesh, self.u)
+        return found, unsure
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
         """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
