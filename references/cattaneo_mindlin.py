@@ -41,6 +41,21 @@ class PartialSlip:
         return math.hypot(*self.slid)
 
     @property
+    def at(self) -> Vector:
+        """Where it touched, m."""
+        return self.pressed.at
+
+    @property
+    def normal(self) -> Vector:
+        """Unit vector, out of the body."""
+        return self.pressed.normal
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return self.pressed.gap
+
+    @property
     def push(self) -> float:
         """The force into the body, N."""
         return self.pressed.push
@@ -147,8 +162,8 @@ class CattaneoMindlin(Reference):
     source: ClassVar[str] = "Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7"
     error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
-    def solve(self, pressed: Pressed) -> PartialSlip:
-        """What it says. Raises Refused where an assumption is broken."""
+    def must_hold(self, pressed: Pressed) -> None:
+        """Raises Refused where an assumption is broken."""
         if pressed.kind != "sphere":
             raise Refused(f"what presses is a {pressed.kind}", "it is about spheres")
         if not pressed.friction:
@@ -157,4 +172,9 @@ class CattaneoMindlin(Reference):
             raise Refused("it is dragged while it is pressed in, or back again",
                           "press it in one state, and drag it straight on in those that follow")  # fmt: skip
         pressed.must_be_shallow()
+        pressed.must_be_half_space()
+
+    def solve(self, pressed: Pressed) -> PartialSlip:
+        """What it says. Raises Refused where an assumption is broken."""
+        self.must_hold(pressed)
         return PartialSlip(pressed.half_space, pressed.friction, pressed.slid)

@@ -33,6 +33,11 @@ class Series:
         return self.layer.tip.radius(max(self.layer.depth, 0.0)) / self.layer.thickness
 
     @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.layer.depth, 0.0)
+
+    @property
     def push(self) -> float:
         """The force into the body, N."""
         own = self.layer
@@ -89,8 +94,8 @@ class Dimitriadis(Reference):
     source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"
     error_meaning: ClassVar[str] = "depth of which its force is off by the integral equation, m, and rounding"
 
-    def solve(self, pressed: Pressed) -> Series:
-        """What it says. Raises Refused where an assumption is broken."""
+    def must_hold(self, pressed: Pressed) -> None:
+        """Raises Refused where an assumption is broken."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
@@ -98,7 +103,16 @@ class Dimitriadis(Reference):
         if pressed.poisson < LEAST:
             raise Refused(f"Poisson's ratio is {pressed.poisson:g}, and the series is of 0.5",
                           "use `pressed_layer(...)`, which takes any")  # fmt: skip
-        found = Series(pressed.layer, pressed.at, pressed.normal)
-        if found.x > FARTHEST:
-            raise Refused(f"sqrt(R d) is {found.x:.3g} times the thickness", "take a thicker layer, or press it less")
-        return found
+        x = self.solved(pressed).x
+        if x > FARTHEST:
+            raise Refused(f"sqrt(R d) is {x:.3g} times the thickness", "take a thicker layer, or press it less")
+        pressed.must_be_wide()
+
+    def solve(self, pressed: Pressed) -> Series:
+        """What it says. Raises Refused where an assumption is broken."""
+        self.must_hold(pressed)
+        return self.solved(pressed)
+
+    def solved(self, pressed: Pressed) -> Series:
+        """The same, whatever it is asked of."""
+        return Series(pressed.layer, pressed.at, pressed.normal)

@@ -124,6 +124,11 @@ class HalfSpace:
         return self.depth > 0.0
 
     @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.depth, 0.0)
+
+    @property
     def modulus(self) -> float:
         """E* = E / (1 - nu^2), Pa: the other body is rigid."""
         return self.young / (1.0 - self.poisson**2)
@@ -142,6 +147,8 @@ class HalfSpace:
     def push(self) -> float:
         """The force into the body, N: 2 pi int -g dt."""
         a, n = self.radius, self.tip.power
+        if not self.touches:
+            return 0.0
         return 2.0 * self.modulus * (self.depth * a - self.tip.rate * a ** (n + 1) / (n + 1))
 
     @property
@@ -256,8 +263,10 @@ def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array
     if n:
         by_zz = by_zz + 1j * n * sums[n - 1]
         by_rz = by_rz - 1j * n * with_zeta[n - 1] / r
-    by_z: Array = sums[n].real
-    return by_r, by_z, by_rz.real, by_zz.real
+    by_z: Array = np.asarray(sums[n].real, dtype=np.float64)
+    rz: Array = np.asarray(by_rz.real, dtype=np.float64)
+    zz: Array = np.asarray(by_zz.real, dtype=np.float64)
+    return by_r, by_z, rz, zz
 
 
 def _root(r: Array, zeta: Complex) -> Complex:

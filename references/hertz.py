@@ -41,14 +41,22 @@ class Hertz(Reference):
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
     error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
-    def solve(self, pressed: Pressed) -> HalfSpace | LineContact:
-        """What it says. Raises Refused where an assumption is broken."""
+    def must_hold(self, pressed: Pressed) -> None:
+        """Raises Refused where an assumption is broken, as far as a look tells."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
+        if pressed.kind == "cylinder":
+            pressed.must_be_a_slice()
+        elif pressed.kind != "sphere":
+            raise Refused(f"what presses is a {pressed.kind}", "use `sneddon(...)`")
+        else:
+            pressed.must_be_half_space()
+
+    def solve(self, pressed: Pressed) -> HalfSpace | LineContact:
+        """What it says. Raises Refused where an assumption is broken."""
+        self.must_hold(pressed)
         if pressed.kind == "cylinder":
             from softmark.references.line_contact import line_contact
 
             return line_contact(pressed)
-        if pressed.kind != "sphere":
-            raise Refused(f"what presses is a {pressed.kind}", "use `sneddon(...)`")
         return pressed.half_space

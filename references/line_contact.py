@@ -128,6 +128,11 @@ class LineContact:
     around: Surroundings
 
     @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.strip.depth, 0.0)
+
+    @property
     def push(self) -> float:
         """The force into the body, N."""
         return self.slice * self.strip.force
@@ -176,8 +181,8 @@ class LineContact:
 def line_contact(pressed: Pressed) -> LineContact:
     """What a cylinder along z does to a slice. Raises Refused."""
     p = pressed
-    if p.slice is None:
-        raise Refused("a cylinder presses what is not in plane strain", "use `plane_strain(...)`, or a sphere")
+    p.must_be_a_slice()
+    assert p.slice is not None
     if math.isinf(p.around.thickness):
         raise Refused("the body has no far face", "hold one")
     strip = Strip(p.size, p.depth, p.young, p.poisson, p.around.thickness, p.around.bonded)

@@ -51,23 +51,17 @@ class Pressed:
 
     @property
     def half_space(self) -> HalfSpace:
-        """The same where the body ends far away. Raises Refused where it does not."""
-        found = HalfSpace(self.tip, self.depth, self.young, self.poisson, self.at, self.normal, self.around)
-        must_be_far(found.radius, self.around.width, "the nearest free side", WIDE, "take a wider body")
-        must_be_far(found.radius, self.around.thickness, "the far face", THICK,
-                    "take a thicker body, or use `pressed_layer(...)`")  # fmt: skip
-        return found
+        """The same, as if the body ended far away. Raises Refused."""
+        return HalfSpace(self.tip, self.depth, self.young, self.poisson, self.at, self.normal, self.around)
 
     @property
     def layer(self) -> Layer:
-        """The same as a layer on its far face. Raises Refused where that is not known, or a side is near."""
+        """The same as a layer on its far face. Raises Refused."""
         around = self.around
-        found = Layer(self.tip, self.depth, self.young, self.poisson, around.thickness, around.bonded)
-        must_be_far(found.radius, around.width, "the nearest free side", WIDE, "take a wider body")
-        return found
+        return Layer(self.tip, self.depth, self.young, self.poisson, around.thickness, around.bonded)
 
     def must_slip_freely(self) -> None:
-        """Raises Refused where there is friction, or it is dragged."""
+        """Raises Refused where there is friction."""
         if self.friction > 0.0:
             raise Refused(f"the contact has friction of {self.friction:g}", NO_FRICTION)
 
@@ -75,6 +69,23 @@ class Pressed:
         """Raises Refused where a sphere or a cylinder is pressed in by much of its radius."""
         if self.kind in ("sphere", "cylinder") and self.depth > FAR * self.size:
             raise Refused(f"it is pressed in by {self.depth / self.size:.3g} of its radius", "press it in by less")
+
+    def must_be_a_slice(self) -> None:
+        """Raises Refused where a cylinder along z presses another body than one in plane strain."""
+        if self.slice is None:
+            raise Refused("a cylinder presses what is not in plane strain", "use `plane_strain(...)`, or a sphere")
+        self.must_be_wide()
+
+    def must_be_wide(self) -> None:
+        """Raises Refused where a free side is near, by the radius of contact of a half-space."""
+        radius = math.sqrt(self.size * max(self.depth, 0.0)) if self.kind == "cylinder" else self.half_space.radius
+        must_be_far(radius, self.around.width, "the nearest free side", WIDE, "take a wider body")
+
+    def must_be_half_space(self) -> None:
+        """Raises Refused where the body ends near what presses."""
+        self.must_be_wide()
+        must_be_far(self.half_space.radius, self.around.thickness, "the far face", THICK,
+                    "take a thicker body, or use `pressed_layer(...)`")  # fmt: skip
 
 
 def must_be_far(radius: float, away: float, what: str, share: float, remedy: str) -> None:

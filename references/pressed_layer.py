@@ -24,6 +24,11 @@ class InLayer:
     at: Vector
     normal: Vector
 
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.layer.depth, 0.0)
+
     @cached_property
     def push(self) -> float:
         """The force into the body, N."""
@@ -82,12 +87,13 @@ class PressedLayer(Reference):
     source: ClassVar[str] = "Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes et al. 1972, J. Biomech. 5, 541-551"
     error_meaning: ClassVar[str] = "of the depth at which it has its force, m: rounding"
 
-    def solve(self, pressed: Pressed) -> InLayer:
-        """What it says. Raises Refused where an assumption is broken."""
-        from softmark.references.half_space import HalfSpace
-
+    def must_hold(self, pressed: Pressed) -> None:
+        """Raises Refused where an assumption is broken, as far as a look tells."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
-        p = pressed
-        thick = HalfSpace(p.tip, p.depth, p.young, p.poisson, p.at, p.normal, p.around)
-        return InLayer(p.layer, thick, p.at, p.normal)
+        pressed.must_be_wide()
+
+    def solve(self, pressed: Pressed) -> InLayer:
+        """What it says. Raises Refused where an assumption is broken."""
+        self.must_hold(pressed)
+        return InLayer(pressed.layer, pressed.half_space, pressed.at, pressed.normal)

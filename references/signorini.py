@@ -23,14 +23,14 @@ class StoppedBar:
     """A bar held at one end that a force pulls and a plane before its other end stops. SI units.
 
     Free, it grows by e = P L / (E A); where that is more than the gap g it grows by g, and the plane carries
-    P - E A g / L. `gap` is what the plane has left of it when it has come there; negative where it presses the bar.
+    P - E A g / L. `away` is the gap, when the plane has come to its place; negative where it presses the bar.
     """
 
     length: float  # m
     section: float  # m^2
     young: float  # Pa, along it: of what keeps its sides as they are
     narrowing: float  # what it narrows by across, in each direction, of its stretch: Poisson's ratio, or 0
-    gap: float  # m
+    away: float  # m
     load: float  # N, at its end, away from the held one
     root: Vector  # m, of the held end: what stays where it is
     axis: Vector  # unit vector, from the held end to the other one
@@ -44,12 +44,17 @@ class StoppedBar:
     @property
     def longer(self) -> float:
         """By how much, m."""
-        return min(self.load / self.stiffness, self.gap)
+        return min(self.load / self.stiffness, self.away)
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return self.away - self.longer
 
     @property
     def push(self) -> float:
         """What the plane presses its end with, N."""
-        return max(self.load - self.stiffness * self.gap, 0.0)
+        return max(self.load - self.stiffness * self.away, 0.0)
 
     @property
     def carried(self) -> float:

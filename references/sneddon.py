@@ -35,9 +35,14 @@ class Sneddon(Reference):
     source: ClassVar[str] = "Sneddon 1965, Int. J. Eng. Sci. 3, 47-57"
     error_meaning: ClassVar[str] = "what a half-space moves where the body ends, m, and rounding"
 
-    def solve(self, pressed: Pressed) -> HalfSpace:
-        """What it says. Raises Refused where an assumption is broken."""
+    def must_hold(self, pressed: Pressed) -> None:
+        """Raises Refused where an assumption is broken."""
         pressed.must_slip_freely()
         if pressed.kind not in ("cone", "punch"):
             raise Refused(f"what presses is a {pressed.kind}", "use `hertz(...)`")
+        pressed.must_be_half_space()
+
+    def solve(self, pressed: Pressed) -> HalfSpace:
+        """What it says. Raises Refused where an assumption is broken."""
+        self.must_hold(pressed)
         return pressed.half_space

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.problem.indenter import indenter
 from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
@@ -192,8 +193,15 @@ def _mirror(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
     return None
 
 
-def pressed_of(case: Case) -> Pressed:
-    """The rigid body that presses a face of a case. Raises Refused where an assumption of all theories is broken."""
+def pressed_of(reference: Declared, case: Case) -> Pressed:
+    """What a rigid body presses. Raises Refused where an assumption of the theory is broken, as far as a look tells."""
+    found = _pressed(case)
+    reference.thing.must_hold(found)
+    return found
+
+
+def _pressed(case: Case) -> Pressed:
+    """The same, whatever it is asked for. Raises Refused where an assumption of all theories is broken."""
     touch, face = face_of(case)
     for load in case.loads:
         raise Refused(f"the load `{load.name}` acts as well", f"it takes {ONE}")
@@ -298,16 +306,9 @@ def at_rest(case: Case, theory: Any) -> AtRest:
         moment = moved(own, (1.0, cross(far, carried))) if full else unknown
         found[support.name] = Reaction(carried, moment, far, own)
     work = {load.name: None for load in case.loads}
-    pressed = Touched(share * theory.area, theory.largest_pressure, max(_gap(theory), 0.0))
+    pressed = Touched(share * theory.area, theory.largest_pressure, theory.gap)
     return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
                   touches={touch.name: pressed})  # fmt: skip
-
-
-def _gap(theory: Any) -> float:
-    """What is left between them, m."""
-    for part in ("layer", "strip", "pressed"):
-        theory = getattr(theory, part, theory)
-    return -float(theory.depth)
 
 
 def doubt_of(theory: Any) -> str | None:

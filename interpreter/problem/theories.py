@@ -99,7 +99,7 @@ def _problem(reference: Declared, case: Case) -> Any:
         case "pressed":
             from softmark.interpreter.problem.contact_theory import pressed_of
 
-            return pressed_of(case)
+            return pressed_of(reference, case)
         case "stopped":
             from softmark.interpreter.problem.stopped_theory import bar_of as stopped_bar_of
 

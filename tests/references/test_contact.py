@@ -247,7 +247,7 @@ def test_the_bar_of_the_catalogue() -> None:
     assert u == pytest.approx(np.array([[0.01, -0.0005, 0.0], [0.0, 0.0, 0.0]]), abs=1e-15)
     free = replace(bar, load=5.0)
     assert (free.longer, free.push, free.area) == pytest.approx((0.005, 0.0, 0.0))
-    squeezed = replace(bar, gap=-0.02, load=0.0)
+    squeezed = replace(bar, away=-0.02, load=0.0)
     assert (squeezed.longer, squeezed.push, squeezed.largest_pressure) == pytest.approx((-0.02, 20.0, 20.0))
 
 
