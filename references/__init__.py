@@ -16,7 +16,7 @@
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
     inflation          a ball of rubber that is blown up; `rubber` has the laws of both
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
-    hertz, sneddon     a rigid sphere, cylinder, cone or punch that is pressed into a face: `half_space`, `line_contact`
+    hertz, hertz_line, sneddon  a rigid sphere, cylinder, cone or punch that is pressed into a face: `half_space`
     dimitriadis, pressed_layer  the same into a layer, by a series and by the integral equation of `layer`
     cattaneo_mindlin   a sphere that is pressed and dragged, with friction
     signorini          a bar that a rigid plane stops
@@ -55,6 +55,7 @@ from softmark.references.frame_theory import FrameTheory
 from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
 from softmark.references.hertz import Hertz
+from softmark.references.hertz_line import HertzLine
 from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
 from softmark.references.mandel import Mandel
@@ -91,6 +92,7 @@ REFERENCES: dict[str, type] = {
     "unconfined": Unconfined,
     "confined": Confined,
     "hertz": Hertz,
+    "hertz_line": HertzLine,
     "sneddon": Sneddon,
     "dimitriadis": Dimitriadis,
     "pressed_layer": PressedLayer,

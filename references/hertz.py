@@ -1,4 +1,4 @@
-"""A rigid sphere, or a cylinder along z, that is pressed into a face without friction: Hertz's contact."""
+"""A rigid sphere that is pressed into a face without friction: Hertz's contact."""
 
 from __future__ import annotations
 
@@ -10,21 +10,17 @@ from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
     from softmark.references.half_space import HalfSpace
-    from softmark.references.line_contact import LineContact
     from softmark.references.pressed import Pressed
 
 
 @dataclass(frozen=True)
 class Hertz(Reference):
-    """A rigid sphere, or a cylinder along z, that is pressed into a face without friction: force and pressure.
+    """A rigid sphere that is pressed into a face without friction: force, area, pressure and displacements.
 
-    Of a sphere, with E* = E / (1 - nu^2): radius of contact sqrt(R d), force 4/3 E* sqrt(R) d^(3/2), largest pressure
-    2 E*/pi sqrt(d/R); displacements are those of a half-space, of every point of it. Of a cylinder on a body in
-    plane strain: half-width a = sqrt(4 P R / (pi E*)) and largest pressure 2 P / (pi a) of the force P by length. How
-    deep that presses depends on the body's depth: it is found from the travel for a strip on its far face, by the
-    equation of `line_contact`, and displacements are not told.
+    With E* = E / (1 - nu^2): radius of contact sqrt(R d), force 4/3 E* sqrt(R) d^(3/2), largest pressure
+    2 E*/pi sqrt(d/R); displacements are those of a half-space, of every point of it. `hertz_line` is of cylinders.
 
-    It takes a box, a cylinder pressed on an end, or a rectangle in `plane_strain` or beside x = 0 in `axisymmetric`;
+    It takes a box, a cylinder pressed on an end, or a rectangle beside x = 0 in `axisymmetric`;
     one rigid body that is `displaced` toward it, or stays; and a far face that is fixed, or held along its normal.
     `symmetric` planes may go through the axis. A law of large strain has its small-strain moduli. By how much the force
     may be off for a depth that is not small, for the thickness and for free sides is in the report (`off`), and said
@@ -45,18 +41,12 @@ class Hertz(Reference):
         """Raises Refused where an assumption is broken, as far as a look tells."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
-        if pressed.kind == "cylinder":
-            pressed.must_be_a_slice()
-        elif pressed.kind != "sphere":
-            raise Refused(f"what presses is a {pressed.kind}", "use `sneddon(...)`")
-        else:
-            pressed.must_be_half_space()
+        if pressed.kind != "sphere":
+            other = "hertz_line" if pressed.kind == "cylinder" else "sneddon"
+            raise Refused(f"what presses is a {pressed.kind}", f"use `{other}(...)`")
+        pressed.must_be_half_space()
 
-    def solve(self, pressed: Pressed) -> HalfSpace | LineContact:
+    def solve(self, pressed: Pressed) -> HalfSpace:
         """What it says. Raises Refused where an assumption is broken."""
         self.must_hold(pressed)
-        if pressed.kind == "cylinder":
-            from softmark.references.line_contact import line_contact
-
-            return line_contact(pressed)
         return pressed.half_space

@@ -181,7 +181,6 @@ class LineContact:
 def line_contact(pressed: Pressed) -> LineContact:
     """What a cylinder along z does to a slice. Raises Refused."""
     p = pressed
-    p.must_be_a_slice()
     assert p.slice is not None
     if math.isinf(p.around.thickness):
         raise Refused("the body has no far face", "hold one")

@@ -47,7 +47,7 @@ class Pressed:
                 return Tip.cone(self.size, self.edge * (1.0 / math.sin(self.size) - 1.0))
             case "punch":
                 return Tip.punch(self.size, self.edge)
-        raise Refused("what presses is a cylinder along z", "use `hertz(...)`")
+        raise Refused("what presses is a cylinder along z", "use `hertz_line(...)`")
 
     @property
     def half_space(self) -> HalfSpace:
@@ -69,12 +69,6 @@ class Pressed:
         """Raises Refused where a sphere or a cylinder is pressed in by much of its radius."""
         if self.kind in ("sphere", "cylinder") and self.depth > FAR * self.size:
             raise Refused(f"it is pressed in by {self.depth / self.size:.3g} of its radius", "press it in by less")
-
-    def must_be_a_slice(self) -> None:
-        """Raises Refused where a cylinder along z presses another body than one in plane strain."""
-        if self.slice is None:
-            raise Refused("a cylinder presses what is not in plane strain", "use `plane_strain(...)`, or a sphere")
-        self.must_be_wide()
 
     def must_be_wide(self) -> None:
         """Raises Refused where a free side is near, by the radius of contact of a half-space."""

@@ -77,6 +77,11 @@ class Face:
         own = self.body
         return ends_of(where, own.shape) if isinstance(own, Round) else own.taken(where, self.way)
 
+    def over(self, low: Vector, high: Vector) -> bool:
+        """Whether what lies between two corners is above a part of it, by its coordinates along the face."""
+        own_low, own_high = self._limits
+        return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
+
     def above(self, point: Vector) -> bool:
         """Whether a point lies above it, not beside it."""
         low, high = self._limits
@@ -132,7 +137,7 @@ def _above(touch: Touch, face: Face) -> bool:
         return False
     low, high = shape.bounds
     middle: Vector = tuple(0.5 * (a + b) for a, b in zip(low, high, strict=True))  # type: ignore[assignment]
-    return dot(moved(middle, (-1.0, face.middle)), n) > 0.0 and face.above(middle)
+    return dot(moved(middle, (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
 
 
 def travel(touch: Touch) -> Vector:
@@ -278,11 +283,11 @@ def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
 # ------------------------------------------------------------------ what they say
 
 
-def at_rest(case: Case, theory: Any) -> AtRest:
+def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     """What a theory says of forces: those of the part that the body is. Of planes of symmetry it says nothing."""
     touch, face = face_of(case)
     _, mirrors = far_held(case, face)
-    share = 0.5 ** len(mirrors)
+    share = 0.5 ** len(mirrors) if reference.thing.about == "pressed" else 1.0  # a bar is what it is
     n = theory.normal
     force = moved(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
     acting = moved(force, (share * getattr(theory, "load", 0.0), n))

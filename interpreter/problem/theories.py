@@ -138,7 +138,7 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     if reference.thing.about in CONTACT:
         from softmark.interpreter.problem import contact_theory
 
-        return contact_theory.at_rest(case, own)
+        return contact_theory.at_rest(reference, case, own)
     if reference.thing.about in POROUS:
         from softmark.interpreter.problem import porous_theory
 

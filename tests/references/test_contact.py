@@ -14,6 +14,7 @@ from softmark.references.cattaneo_mindlin import CattaneoMindlin, PartialSlip
 from softmark.references.dimitriadis import Dimitriadis
 from softmark.references.half_space import HalfSpace, Surroundings, Tip
 from softmark.references.hertz import Hertz
+from softmark.references.hertz_line import HertzLine
 from softmark.references.layer import Layer, stiffened
 from softmark.references.line_contact import LineContact, Strip, half_width
 from softmark.references.pressed import Pressed
@@ -261,7 +262,8 @@ def test_what_they_do_not_hold_for() -> None:
         (Hertz, replace(PRESSED, depth=6e-3), "of its radius"),
         (Hertz, replace(PRESSED, around=Surroundings(4e-3)), "far face"),
         (Hertz, replace(PRESSED, around=Surroundings(math.inf, 4e-3)), "free side"),
-        (Hertz, replace(PRESSED, kind="cylinder"), "plane strain"),
+        (HertzLine, replace(PRESSED, kind="cylinder"), "plane strain"),
+        (Hertz, replace(PRESSED, kind="cylinder"), "cylinder"),
         (Sneddon, PRESSED, "sphere"),
         (Sneddon, replace(PRESSED, kind="cone", size=2.0), "half-angle"),
         (Dimitriadis, replace(PRESSED, around=Surroundings(10e-3)), "0.3, and the series is of 0.5"),
