@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Touching(Energy):
-    """E = sum_i A_i phi(g(X_i + u_i)) over `nodes` (m,) of a surface at rest at X (m, 3), m, that stand for areas A (m,).
+    """E = sum_i A_i phi(g(X_i + u_i)) over `nodes` (m,) of a surface, at rest at X (m, 3), m, with areas A (m,), m^2.
 
     `posed` says of a share of the load where the rigid body then is; `share` is the present one. Nodes alone keep
     clear: between them a facet may cut a convex body by as much as it is flat. Frictionless; with `flat` the gap is
