@@ -229,22 +229,18 @@ class HalfSpace:
         """By how much, relative, its force may be off for what the theory leaves out.
 
         `depth`: that it is not small beside the radius of a sphere; `rim` and `tip` that an edge is rounded.
-        `thickness`: by the integral equation of a layer. `sides`: by what a half-space moves there, an order of
-        magnitude.
+        `thickness`: by the integral equation of a layer. `sides`: by what a layer moves there, an order of magnitude.
         """
         from softmark.references.layer import Layer
 
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}
-        thickness = 0.0
+        thickness, beside = 0.0, self._beside
         if math.isfinite(self.around.thickness):
             layer = Layer(self.tip, self.depth, self.young, self.poisson, self.around.thickness, self.around.bonded)
             thickness = layer.push / self.push - 1.0
-        return {
-            "thickness": thickness,
-            "sides": -self.tip.grows * self._beside / self.depth,
-            **self.tip.off(self.depth),
-        }
+            beside = 0.0 if math.isinf(self.around.width) else abs(layer.beside(self.around.width))
+        return {"thickness": thickness, "sides": -self.tip.grows * beside / self.depth, **self.tip.off(self.depth)}
 
 
 def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:

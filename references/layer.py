@@ -161,6 +161,17 @@ class Layer:
                    1: self.tip.rate * np.arccosh(np.maximum(a / r, 1.0)), 0: 0.0 * r}[self.tip.power]  # fmt: skip
         return np.where(inside, found + self.modulus / math.pi * own, 0.0)
 
+    def beside(self, r: float) -> float:
+        """How far its surface moves down at a distance from the axis, m, that is far from what presses: m.
+
+        P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), of the force as if it acted at a point.
+        """
+        from scipy.special import j0
+
+        w, base = self._base
+        taken = float(base @ j0(w * r / self.thickness)) / self.thickness
+        return self.push / (math.pi * self.modulus) * (1.0 / r - taken)
+
     @property
     def force_error(self) -> float:
         """N: rounding, and the bisection of the radius."""

@@ -136,8 +136,8 @@ def _above(touch: Touch, face: Face) -> bool:
     if shape.bounds is None:
         return False
     low, high = shape.bounds
-    middle: Vector = tuple(0.5 * (a + b) for a, b in zip(low, high, strict=True))  # type: ignore[assignment]
-    return dot(moved(middle, (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
+    x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    return dot(moved((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
 
 
 def travel(touch: Touch) -> Vector:

@@ -43,7 +43,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
     """How far a flat rigid body is above a face, m. Raises Refused."""
     n = face.normal
     if isinstance(shape, HalfSpace):
-        return dot(moved(shape.origin, (-1.0, face.middle)), n)
+        return float(dot(moved(shape.origin, (-1.0, face.middle)), n))
     from softmark.solvers.mesh.shapes import Box
 
     if not isinstance(shape, Box):
@@ -78,7 +78,7 @@ def _load(case: Case, face: Face) -> float:
     action = load.thing.action
     if len(case.loads) > 1 or not isinstance(action, PerArea) or face.taken(action.where) != {face.end}:
         raise Refused(f"the load `{load.name}` is none on the end that meets the plane", LOADS)
-    along = dot(action.traction, face.normal)
+    along = float(dot(action.traction, face.normal))
     if math.hypot(*moved(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
         raise Refused(f"the load `{load.name}` does not act along the bar", LOADS)
     return along * _area(case, face)

@@ -281,3 +281,12 @@ def test_what_does_not_touch_carries_nothing(word: type) -> None:
     found = word("b").solve(replace(PRESSED, depth=-1e-3, poisson=0.5, around=Surroundings(20e-3, 40e-3)))
     assert found.push == 0.0
     assert set(found.off.values()) == {0.0}
+
+
+@pytest.mark.parametrize("bonded", [True, False])
+def test_sides_of_a_layer_matter_less_than_those_of_a_half_space(bonded: bool) -> None:
+    """Thick, its surface moves as that of a half-space, P / (pi E* r); three thicknesses away it hardly moves."""
+    thick = Layer(BALL, 0.5e-3, 10e3, 0.4, 10.0, bonded)
+    alone = thick.push / (math.pi * thick.modulus)
+    assert thick.beside(0.05) == pytest.approx(alone / 0.05, rel=0.02)
+    assert abs(replace(thick, thickness=20e-3).beside(0.06)) < 0.1 * alone / 0.06
