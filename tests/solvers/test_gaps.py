@@ -130,14 +130,14 @@ def _core(shape: Shape) -> tuple[Floats, float]:
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k != "half_space"])
 def test_it_is_the_distance_to_the_nearest_of_many_points(kind: str) -> None:
-    """200 000 points lie 0.01 apart, and facets of 0.1 are inscribed by 0.1^2 / (8 x 0.7) = 2e-3."""
+    """100 000 points lie 0.01 apart, and facets of 0.1 are inscribed by 0.1^2 / (8 x 0.7) = 2e-3."""
     from scipy.spatial import cKDTree
 
     X, (points, triangles) = places(5, 500), skin(kind)
     rng = np.random.default_rng(6)
     a, b, c = (points[triangles[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    t = rng.choice(len(area), 200_000, p=area / area.sum())
+    t = rng.choice(len(area), 100_000, p=area / area.sum())
     u, v = rng.uniform(size=(2, len(t), 1))
     root = np.sqrt(u)
     tree = cKDTree((1.0 - root) * a[t] + root * (1.0 - v) * b[t] + root * v * c[t])
@@ -146,22 +146,21 @@ def test_it_is_the_distance_to_the_nearest_of_many_points(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k != "half_space"])
 def test_inside_is_negative_and_bounds_and_volume_are_its_own(kind: str) -> None:
-    """Volume as the share of a million points of the bounds: to 4 x 1e-3 / sqrt(share)."""
+    """Volume as the share of 50 000 points of the bounds, of 0.2 at least: 0.9 % is one standard deviation."""
     shape, own = KINDS[kind], gap(kind)
     assert shape.bounds is not None
     assert shape.volume is not None
     low, high = (np.array(end) for end in shape.bounds)
-    X = np.random.default_rng(7).uniform(low, high, (250_000, 3))
+    X = np.random.default_rng(7).uniform(low, high, (50_000, 3))
     inside = own.gap(X) < 0.0
     whole = float(np.prod(high - low))
-    assert inside.mean() * whole == pytest.approx(shape.volume, rel=0.01)
-    assert own.centroid == pytest.approx(X[inside].mean(axis=0), abs=0.01)
+    assert inside.mean() * whole == pytest.approx(shape.volume, rel=0.025)
+    assert own.centroid == pytest.approx(X[inside].mean(axis=0), abs=0.02)
     for axis in range(3):
         for end in (low, high):
-            Y = X.copy()
+            Y = X[:10_000].copy()
             Y[:, axis] = end[axis]
-            assert own.gap(Y).min() == pytest.approx(0.0, abs=2e-3), "bounds touch it"
-            assert own.gap(Y).min() >= -1e-12, "and nothing is beyond"
+            assert -1e-12 <= own.gap(Y).min() < 5e-3, "bounds touch it, and nothing is beyond"
     few = X[:500]
     if not isinstance(shape, RoundedBox | RoundedTurned):  # which do not say what they hold
         assert [shape.contains(tuple(x)) for x in few] == inside[:500].tolist()
@@ -372,7 +371,7 @@ def test_a_step_within_its_bound_leaves_what_is_to_be_kept(kind: str) -> None:
 
 
 def test_bounds_of_steps_by_hand() -> None:
-    """Straight onto a plane 1 away by 2: 0.9 of it are left to go. Away from it, and beside a ball: all. Within: none."""
+    """Onto a plane 1 away by 2: 0.9 of it are left to go. Away from it, and beside a ball: all. Within: none."""
     plane, ball = HalfSpace(), Sphere(1.0)
     table, round_ = gap_of(plane), gap_of(ball)
     assert table is not None

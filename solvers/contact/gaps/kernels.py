@@ -58,7 +58,8 @@ def _to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
 @part
 def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
     """(b - a) . (d - c)"""
-    return (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
+    total: float = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
+    return total
 
 
 @part
