@@ -146,7 +146,9 @@ def test_it_is_the_distance_to_the_nearest_of_many_points(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k != "half_space"])
 def test_inside_is_negative_and_bounds_and_volume_are_its_own(kind: str) -> None:
-    """Volume as the share of 50 000 points of the bounds, of 0.2 at least: 0.9 % is one standard deviation."""
+    """Volume as the share of 50 000 points of the bounds, of 0.2 at least: 0.9 % is one deviation.
+
+    Bounds touch where one of 10 000 points is near: at a tip, 0.02."""
     shape, own = KINDS[kind], gap(kind)
     assert shape.bounds is not None
     assert shape.volume is not None
@@ -160,7 +162,7 @@ def test_inside_is_negative_and_bounds_and_volume_are_its_own(kind: str) -> None
         for end in (low, high):
             Y = X[:10_000].copy()
             Y[:, axis] = end[axis]
-            assert -1e-12 <= own.gap(Y).min() < 5e-3, "bounds touch it, and nothing is beyond"
+            assert -1e-12 <= own.gap(Y).min() < 0.02, "bounds touch it, and nothing is beyond"
     few = X[:500]
     if not isinstance(shape, RoundedBox | RoundedTurned):  # which do not say what they hold
         assert [shape.contains(tuple(x)) for x in few] == inside[:500].tolist()
