@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from softmark.solvers.contact.gaps import GAPS, gap_of
 from softmark.solvers.contact.gaps.gap import Gap, bound, flat, reach
 from softmark.solvers.contact.gaps.surface import Surface
 from softmark.solvers.contact.pose import Pose, Posed
+from softmark.solvers.mesh.files.flaws import UnreadableMesh
 from softmark.solvers.mesh.files.near import closest
 from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, RoundedTurned, Tip
 from softmark.solvers.mesh.mesh import Floats
@@ -281,12 +283,29 @@ def test_a_finer_surface_of_a_ball_comes_to_the_ball() -> None:
     assert away[0] / away[1] == pytest.approx(4.0, rel=0.3)
 
 
-def test_one_triangle_file_that_is_no_surface_says_so(tmp_path: Path) -> None:
-    from softmark.solvers.mesh.files.flaws import UnreadableMesh
+def test_a_file_without_an_inside_says_so(tmp_path: Path) -> None:
+    """Nothing at all, a box without a lid, and two boxes that pass through each other."""
+    import trimesh
 
     (tmp_path / "no.stl").write_text("solid nothing\nendsolid nothing\n")
-    with pytest.raises(UnreadableMesh):
-        gap_of(MeshFile(str(tmp_path / "no.stl"), 1.0))
+    whole, other = trimesh.creation.box((2.0, 1.0, 1.5)), trimesh.creation.box((1.0, 2.0, 1.0))
+    trimesh.Trimesh(whole.vertices, whole.faces[:-2]).export(tmp_path / "open.stl")
+    trimesh.util.concatenate([whole, other]).export(tmp_path / "crossing.stl")
+    for name in ("no", "open", "crossing"):
+        with pytest.raises(UnreadableMesh):
+            gap_of(MeshFile(str(tmp_path / f"{name}.stl"), 1.0))
+
+
+@pytest.mark.skipif(find_spec("manifold3d") is None, reason="needs the extra `solids`")
+def test_a_box_with_a_bore_is_what_remains() -> None:
+    """A box of 2 x 2 x 1 with a bore of radius 0.5, of facets 0.05 long: 0.05^2 / (8 x 0.5) = 6e-4 is cut off."""
+    bored = SHAPES["difference"](
+        Box((2.0, 2.0, 1.0)), Cylinder(2.0, 0.5, (0.0, 0.0, 1.0), (1.0, 1.0, -0.5)), facets=0.05
+    )  # type: ignore[call-arg]
+    own = gap_of(bored)
+    assert own is not None
+    X = np.array([[1.0, 1.0, 0.5], [1.2, 1.0, 0.5], [2.5, 1.0, 0.5], [1.0, 1.7, 0.5]])
+    np.testing.assert_allclose(own.gap(X), [0.5, 0.3, 0.5, -0.2], atol=1e-3)
 
 
 # ------------------------------------------------------------------ poses
