@@ -1,11 +1,11 @@
 """A rigid sphere pressed into a cylinder, by the section alone: what CalculiX finds, found without it.
 
-    .venv/bin/python tests/benchmarks/indentation_section.py [--edge 0.1] [--stiffness 1e4] [--law neo_hookean]
+    .venv/bin/python tests/benchmarks/indentation_section.py [--edge 0.1] [--law neo_hookean] [--size 20 40]
 
 Points (r, z) of the section are the unknowns, with nine-node quadrilaterals (scikit-fem gives shape functions and
 integration points). Contact is k/2 <-g>^2 over the top face before it deforms, g the exact distance of the deformed
-point from the sphere: no nodes of a rigid body, no pairing. The force is the slope of the energy in the travel. In mm,
-kPa and mN.
+point from the sphere: no nodes of a rigid body, no pairing. The force is the slope of the energy in the travel; it is
+printed for each stiffness k on the way to the last. In mm, kPa and mN.
 """
 
 from __future__ import annotations
@@ -149,7 +149,8 @@ LADDER = (30.0, 300.0, 3e3, 3e4, 3e5)  # k, kPa/mm: each from the answer of the 
 
 def forces(section: Section, law: Any, travels: Any = TRAVELS) -> dict[float, list[float]]:
     """For each stiffness of the ladder the force at each travel, mN."""
-    u, found = np.zeros(section.inside.N), {k: [] for k in LADDER}
+    u = np.zeros(section.inside.N)
+    found: dict[float, list[float]] = {k: [] for k in LADDER}
     for travel in travels:
         for k in LADDER:
             u = balanced(section, law, k, u, travel)
@@ -190,7 +191,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--edge", type=float, nargs="+", default=[0.2, 0.1])
     parser.add_argument("--law", nargs="+", choices=LAWS, default=list(LAWS))
-    parser.add_argument("--size", type=float, nargs=2, default=(WIDTH, HEIGHT))
+    parser.add_argument("--size", type=float, nargs=2, default=(WIDTH, HEIGHT), help="mm: radius and height")
     options = parser.parse_args()
     print("hertz", [round(hertz(t), 4) for t in TRAVELS])
     for edge in options.edge:
