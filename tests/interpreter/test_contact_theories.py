@@ -288,3 +288,16 @@ def test_what_is_refused(text: str, change: tuple[str, str], why: str) -> None:
         assert answer(changed).push == 0.0
         return
     assert why in refused(changed)
+
+
+def test_a_model_is_held_against_it() -> None:
+    """The bar and the wall, computed: uniform, so that only the gap that the barrier leaves is off, 0.1 % of the force,
+    and 1e-5 of the size of the body of the displacement."""
+    text = BAR + "probe end = point(block, at = (100, 20, 10) mm)\n"
+    text += "metric miss = tip_error(end, against = told)\n"
+    report = softmark.loads("softmark 1\n" + text).run()
+    found = report.models["tets"]
+    assert found.status == "converged"
+    assert found.metrics["push"].value < 2e-3
+    assert found.metrics["miss"].value < 2e-6
+    assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
