@@ -147,9 +147,9 @@ class CattaneoMindlin(Reference):
     down while it is dragged, nor comes back. Normal and tangential tractions are taken for uncoupled, as they are of
     nu = 0.5; of others expect 1 to 3 %.
 
-    It takes what `hertz` takes, with `friction` in the contact and two supports that move the sphere, or one whose
-    travel lies along the face and a sphere that overlaps in nothing. The metric `force` may be held against it, along
-    the face as well, and what is asked of contact.
+    It takes what `hertz` takes, with `friction` in the contact and two supports that move the sphere: one presses it in
+    states before those in which the other drags it, which is what it takes for granted. The metric `force` may be
+    held against it, along the face as well, and what is asked of contact.
     Source: Cattaneo 1938; Mindlin 1949, J. Appl. Mech. 16, 259; Johnson 1985, Contact mechanics, ch. 7.
     """
 

@@ -121,8 +121,8 @@ class Signorini(Reference):
 
     Held at one end along its axis, pulled or pressed by a force at the other, it grows as far as the plane lets it:
     u = min(P L / (E A), gap), and the plane carries P - E A gap / L where it is met. A plane that is moved toward the
-    bar presses it, or what a plane patch has to show (Taylor and Papadopoulos 1991): pressure is the same all over the
-    face. Strain is small.
+    bar presses it, and pressure is the same all over the face, as the patch test of contact asks (Taylor and
+    Papadopoulos 1991). Strain is small.
 
     It takes a box, a cylinder, or a rectangle in `plane_strain` or `axisymmetric`, one end held along its normal, sides
     free or on planes of symmetry; one `between` a rigid plane across the axis, or a box, and the body, without

@@ -301,3 +301,14 @@ def test_a_model_is_held_against_it() -> None:
     assert found.metrics["push"].value < 2e-3
     assert found.metrics["miss"].value < 2e-6
     assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
+
+
+@pytest.mark.parametrize(("start", "askew"), [("10 s", False), ("2 s", True)])
+def test_courses_that_drag_while_they_press(start: str, askew: bool) -> None:
+    text = DRAGGED.replace("-0.6) mm)", "-0.6) mm, course = ramp(over = 5 s))")
+    text += f"support drag = displaced(ball, by = (0.1, 0, 0) mm, course = ramp(over = 5 s, start = {start}))\n"
+    text += "analysis press = quasistatic(duration = 20 s, step = 1 s)\n"
+    if askew:
+        assert "dragged while" in refused(text)
+    else:
+        assert problem(text).slid == pytest.approx((1e-4, 0.0, 0.0))
