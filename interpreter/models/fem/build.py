@@ -195,7 +195,7 @@ class PreparedSolid(OnMesh):
         beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return carried.touched(found, beside) if beside else found
+        return carried.touched(found, beside, self.pieces[0].case) if beside else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
