@@ -40,17 +40,16 @@ class Surface:
 
     def pressure(self, point: Vector) -> float | None:
         """At a material point, m: Pa, linear on triangles. None where it is not on the surface."""
-        from softmark.solvers.contact.gaps.surface import shares
+        from softmark.solvers.contact.gaps.boxes import Boxes
 
         split = np.array(self.pressing.plain.halves)
         triangles = self.pressing.corners[:, split].reshape(-1, 3)
         X = self.X[triangles]
-        share = shares(np.broadcast_to(np.array(point), (len(X), 3)), X)
-        far = np.linalg.norm(np.einsum("tk,tki->ti", share, X) - np.array(point), axis=1)
-        nearest = int(far.argmin())
-        if far[nearest] > ON * float(np.linalg.norm(np.ptp(X.reshape(-1, 3), axis=0))):
+        (nearest,), (share,) = Boxes(X).closest(np.array([point]))
+        far = float(np.linalg.norm(share @ X[nearest] - np.array(point)))
+        if far > ON * float(np.linalg.norm(np.ptp(X.reshape(-1, 3), axis=0))):
             return None
-        return float(share[nearest] @ self.pressing.pressures[triangles[nearest]])
+        return float(share @ self.pressing.pressures[triangles[nearest]])
 
 
 def _alike(X: Floats) -> Ints:
