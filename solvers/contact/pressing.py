@@ -65,11 +65,12 @@ class Pressing:
     @cached_property
     def _forces(self) -> Floats:
         """On corners (n,), N: their own, and equal parts of those of what lies between them."""
-        found, first = self.f.copy(), self._facet.corners
-        for i, ends in enumerate(self._facet.between):
+        found, first, done = self.f.copy(), self._facet.corners, np.zeros(len(self.f), dtype=np.bool_)
+        for i, ends in enumerate(self._facet.between):  # a node between two facets is another's in each
             nodes, at = np.unique(self.facets[:, first + i], return_index=True)
+            nodes, at = nodes[~done[nodes]], at[~done[nodes]]
             np.add.at(found, self.facets[at][:, list(ends)], (self.f[nodes] / len(ends))[:, None])
-            found[nodes] = 0.0
+            found[nodes], done[nodes] = 0.0, True
         return found
 
     @cached_property
