@@ -14,7 +14,7 @@ from softmark.solvers.dynamics.balance import Account
 from softmark.solvers.dynamics.ledger import NAMES, Entry, finite, next_entry, open_entry
 from softmark.solvers.dynamics.newton import Outcome
 from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
+from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed, TooSoft
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
 
@@ -50,6 +50,7 @@ class _March:
         self.problem, self.duration, self.step, self.observe = problem, duration, step, observe
         self.system = System(problem, step)
         self.entries: list[tuple[float, ...]] = []
+        self.names: tuple[str, ...] = NAMES
         self.times: list[float] = []
         self.observed: list[Any] = []
         self.costs: list[tuple[float, float]] = []  # wall, cpu
@@ -87,6 +88,9 @@ class _March:
                 motion = self._attempt(past, end)
                 spent = (time.perf_counter() - wall, time.process_time() - cpu)
                 entry = self._sound(next_entry(self.system, entry, motion))
+            except TooSoft:
+                entry = entry.stiffened(self.system)
+                continue
             except StepFailed as failure:
                 ticks = self._halved(past.now.time, length, ticks, failure)
                 continue
@@ -123,6 +127,8 @@ class _March:
             known.tried(self.system.forces, motion.x, h)
         if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
             raise StepFailed("cells are inside out")
+        if (impact := self.system.forces.impact) is not None:
+            impact.accept(past.now, motion, end)
         return replace(motion, time=end)
 
     def _sound(self, entry: Entry) -> Entry:
@@ -141,7 +147,8 @@ class _March:
 
     def _keep(self, entry: Entry) -> None:
         self.times.append(entry.motion.time)
-        energies = dict(zip(NAMES, entry.values, strict=False))
+        self.names = entry.names
+        energies = dict(zip(entry.names, entry.values, strict=True))
         self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
         self.entries.append(entry.values)
         self.observed.append(self.observe(entry.motion))
@@ -164,7 +171,7 @@ class _March:
 
     def _trajectory(self, complete: bool) -> Trajectory:
         times = np.array(self.times)
-        names = (*NAMES, "muscle_work") if self.problem.pulling else NAMES
+        names = self.names
         table = np.array(self.entries).reshape(-1, len(names)).T
         wall, cpu = np.array(self.costs).reshape(-1, 2).T
         outcomes, lagged = self.outcomes, self.system.lagged

@@ -1,0 +1,149 @@
+"""Contacts in time: rigid bodies that move by courses, and forces of contact that act at the end of every step.
+
+Whatever weights an integrator gives to other forces, those of contact enter with their whole impulse as they are at
+the end of the step (Kane, Repetto, Ortiz and Marsden 1999, Comput. Methods Appl. Mech. Eng. 180:1): where
+
+    x1 - x0 = h (v0 + v1) / 2  and  v1 - v0 = h M^-1 c(x1) + ...,
+
+contact changes the kinetic energy by c(x1) . (x1 - x0), which for a gap that is convex in x along the surface is no
+more than its potential gives: an impact takes energy or keeps it. Weighted between the ends of the step, it would
+act on where there is no touch any more, and bring energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.solvers.contact.touching import Touching
+from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.loading import Course
+    from softmark.solvers.dynamics.scheme import Motion
+
+STIFFER = 8.0  # times: the barrier that an impact has closed
+STIFFEST = 1e9  # times what it was: more is no barrier for double precision
+
+
+class Impact:
+    """The contacts of a march, each with the course of its rigid body; barriers are stiffened where they must be."""
+
+    def __init__(self, contacts: Sequence[Touching], courses: Sequence[Course], slots: Sequence[Ints]) -> None:
+        self.contacts, self.courses, self.slots = list(contacts), tuple(courses), tuple(slots)
+        self._first = [c.barrier.stiffness for c in contacts]
+        self.stiffened = 0  # how often
+
+    def at(self, time: float) -> Touches:
+        """All of them with the rigid bodies where they are at a time, s."""
+        posed = [c.at(course.at(time)) for c, course in zip(self.contacts, self.courses, strict=True)]
+        return Touches(posed, self.slots)
+
+    def accept(self, start: Motion, end: Motion, time: float) -> None:
+        """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
+        here = self.at(time)
+        if here.passed(end.x, self.at(start.time), start.x):
+            raise StepFailed("a point of the surface goes through a rigid body")
+        for i, contact in enumerate(here.posed):
+            if contact.gaps(end.x).min(initial=1.0) <= 0.0:
+                self._stiffen(i)
+
+    def _stiffen(self, i: int) -> None:
+        """Raises TooSoft, or StepFailed where it is stiff enough for anything."""
+        barrier = self.contacts[i].barrier
+        if barrier.stiffness * STIFFER > STIFFEST * self._first[i]:
+            raise StepFailed("a point of the surface ends behind a rigid one")
+        stiffer = replace(barrier, stiffness=STIFFER * barrier.stiffness)
+        self.contacts[i] = replace(self.contacts[i], barrier=stiffer)
+        self.stiffened += 1
+        raise TooSoft("a point of the surface ends behind a rigid one")
+
+
+class Touches:
+    """All contacts at one time."""
+
+    def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints]) -> None:
+        self.posed, self.slots = posed, slots
+
+    def value(self, x: Floats) -> float:
+        """What the barriers store, J."""
+        return sum(c.value(x) for c in self.posed)
+
+    def gradient(self, x: Floats) -> Floats:
+        """Minus the forces on all degrees of freedom (dofs,), N."""
+        g = np.zeros(len(x))
+        for contact in self.posed:
+            contact.add_gradient(x, g)
+        return g
+
+    def add_hessian(self, x: Floats, data: Floats, scale: float, projected: bool) -> None:
+        """data (nnz,) += scale times the stiffness of contact."""
+        for contact, slots in zip(self.posed, self.slots, strict=True):
+            contact.add_hessian(x, data, slots, scale, projected)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the forces, N."""
+        return sum(c.rounding(x) for c in self.posed)
+
+    def passed(self, x: Floats, since: Touches, x0: Floats) -> bool:
+        """Whether a point has gone through a rigid body on its way from x0, when those were where `since` has them."""
+        return any(passed(c, x, s, x0) for c, s in zip(self.posed, since.posed, strict=True))
+
+    def work(self, x: Floats, since: Touches) -> float:
+        """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
+        return sum(
+            float(c.A @ (c.pressures(x) * (s.gaps(x) - c.gaps(x))))
+            for c, s in zip(self.posed, since.posed, strict=True)
+            if c.share != s.share
+        )
+
+
+LOOKS = 64  # along the way of a point that may have gone through
+LEAST = 1.0 / 512  # of a way that a look goes on by: walls thinner than this part of what a point moves in a step
+
+
+def passed(contact: Touching, x: Floats, since: Touching, x0: Floats) -> bool:
+    """Whether a point of a contact has gone in on one side of the rigid body and is on its way out of another.
+
+    As seen from the rigid body; its gap is 1-Lipschitz, so that points which have moved by less than their gaps at
+    both ends have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
+    """
+    (own, X1), (_, X0) = _within(contact, x), _within(since, x0)
+    far = np.linalg.norm(X1 - X0, axis=1)
+    known = own.gap(X0) + own.gap(X1)
+    doubt = far > known
+    if not doubt.any():
+        return False
+    X0, X1, far = X0[doubt], X1[doubt], far[doubt]
+    n0, n1 = own.look(X0)[1], own.look(X1)[1]
+    turned = np.einsum("ni,ni->n", n0, n1) < 0.0
+    if not turned.any():
+        return False
+    return _cut(own, X0[turned], X1[turned], far[turned])
+
+
+def _within(contact: Touching, x: Floats):  # type: ignore[no-untyped-def]
+    """The gap of the rigid body where it was declared, and the points of the contact as seen from there."""
+    from softmark.solvers.contact.pose import Posed
+
+    body, places = contact.body, contact.places(x)
+    return (body.own, body.pose.back(places)) if isinstance(body, Posed) else (body, places)
+
+
+def _cut(own, X0: Floats, X1: Floats, far: Floats) -> bool:  # type: ignore[no-untyped-def]
+    """Whether a straight way from X0 to X1 (n, 3) leads behind the surface."""
+    share = np.zeros(len(far))
+    for _ in range(LOOKS):
+        g = own.gap(X0 + share[:, None] * (X1 - X0))
+        if (g < 0.0).any():
+            return True
+        share = share + np.maximum(g / far, LEAST)
+        going = share < 1.0
+        if not going.any():
+            return False
+        share, X0, X1, far = share[going], X0[going], X1[going], far[going]
+    return True  # not shown to be clear
