@@ -43,6 +43,14 @@ class Impact:
         posed = [c.at(course.at(time)) for c, course in zip(self.contacts, self.courses, strict=True)]
         return Touches(posed, self.slots)
 
+    def struck(self, start: Motion, end: Motion) -> bool:
+        """Whether contact has come or gone over a step, at which velocities jump."""
+        before, after = self.at(start.time), self.at(end.time)
+        return any(
+            bool(np.any((b.gaps(start.x) < b.barrier.distance) != (a.gaps(end.x) < a.barrier.distance)))
+            for b, a in zip(before.posed, after.posed, strict=True)
+        )
+
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
         here = self.at(time)
