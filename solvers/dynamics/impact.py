@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softmark.records import dataclass
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.scheme import Motion
 
 STIFFER = 8.0  # times: the barrier that an impact has closed
+FLIGHT = 4.0  # steps without contact: fewer are none
 STIFFEST = 1e9  # times what it was: more is no barrier for double precision
 
 
@@ -37,6 +39,7 @@ class Impact:
         self.contacts, self.courses, self.slots = list(contacts), tuple(courses), tuple(slots)
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
+        self.log: list[Seen] = []
 
     def at(self, time: float) -> Touches:
         """All of them with the rigid bodies where they are at a time, s."""
@@ -50,6 +53,12 @@ class Impact:
             bool(np.any((b.gaps(start.x) < b.barrier.distance) != (a.gaps(end.x) < a.barrier.distance)))
             for b, a in zip(before.posed, after.posed, strict=True)
         )
+
+    def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
+        """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
+        here = self.at(motion.time)
+        touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
+        self.log.append(Seen(motion.time, touches, momentum / mass))
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -69,6 +78,57 @@ class Impact:
         self.contacts[i] = replace(self.contacts[i], barrier=stiffer)
         self.stiffened += 1
         raise TooSoft("a point of the surface ends behind a rigid one")
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Whether anything touches at a time, s, and the velocity (3,), m/s, of the centre of mass."""
+
+    time: float
+    touches: bool
+    velocity: Floats
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """One impact: when it begins and ends, s, and velocities (3,), m/s, of the centre of mass before and after."""
+
+    begin: float
+    end: float
+    before: Floats
+    after: Floats
+
+    @property
+    def restitution(self) -> float:
+        """Speed after over speed before, both along the impulse."""
+        n = self.after - self.before
+        brought = -float(n @ self.before)
+        return float(n @ self.after) / brought if brought > 0.0 else 0.0
+
+
+def bounces(log: Sequence[Seen]) -> list[Bounce]:
+    """Impacts between two free flights, each at least as long as the shorter of the contacts around it.
+
+    Shorter flights are chatter: nodes let go of a wall, and come back, while the body still presses.
+    """
+    times, runs = [seen.time for seen in log], list[list[int]]()
+    for i, seen in enumerate(log):
+        if not seen.touches:
+            continue
+        if runs and times[i] - times[runs[-1][1]] <= max(times[runs[-1][1]] - times[runs[-1][0]], FLIGHT * _step(times, i)):
+            runs[-1][1] = i
+        else:
+            runs.append([i, i])
+    return [
+        Bounce(times[a - 1], times[b + 1], log[a - 1].velocity, log[b + 1].velocity)
+        for a, b in runs
+        if a and b + 1 < len(log)
+    ]
+
+
+def _step(times: Sequence[float], i: int) -> float:
+    """The step that ended at a time, s."""
+    return times[i] - times[i - 1] if i else 0.0
 
 
 class Touches:

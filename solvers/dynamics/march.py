@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed, TooSoft
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.impact import Bounce
 
 NOISE = 1e4  # times the rounding of forces
 
@@ -70,6 +73,7 @@ class _March:
             raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
         self.problem.integrator.begin(self.system, start, self.step)
         self._keep(entry)
+        self._follow(start)
         past, ticks = Past(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
             past, entry, ticks = self._whole_step(number, past, entry, ticks)
@@ -109,10 +113,18 @@ class _March:
         """The same, with rotations counted from where the step has ended, and memories of it."""
         if self.problem.remembering is not None:
             self.problem.remembering.accepted()
+        self._follow(past.now)
         if (turning := self.problem.turning) is None:
             return past, entry
         past = turning.accepted(past)
         return past, replace(entry, motion=past.now)
+
+    def _follow(self, motion: Motion) -> None:
+        """Keep an eye on contacts."""
+        forces = self.system.forces
+        if forces.impact is not None:
+            momentum = (forces.M @ motion.v).reshape(-1, 3).sum(axis=0)
+            forces.impact.follow(motion, momentum, float(forces.M.sum()) / 3.0)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
@@ -190,7 +202,17 @@ class _March:
             np.array([o.lagged for o in outcomes], dtype=bool),
             lagged.failures if lagged else 0,
             self.account.balance,
+            self._impacts(),
         )
+
+    def _impacts(self) -> tuple[Bounce, ...] | None:
+        """Where the body has hit rigid ones; None where there are none."""
+        impact = self.system.forces.impact
+        if impact is None:
+            return None
+        from softmark.solvers.dynamics.impact import bounces
+
+        return tuple(bounces(impact.log))
 
 
 def _times(share: float) -> str:

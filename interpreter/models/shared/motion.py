@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
 MOMENTS = 200  # of the energies that a report keeps
+BOUNCES = 50  # impacts that a report keeps
 REMEDY = "try a smaller step, another integrator or more damping"
 
 
@@ -221,6 +222,12 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["energy"] = track.balance.facts
         facts["drift_J"] = float(track.energies["drift"][-1])
+    if track.impacts is not None:
+        facts["impacts"] = [
+            {"begin_s": b.begin, "end_s": b.end, "before_m_s": b.before.tolist(), "after_m_s": b.after.tolist(),
+             "restitution": b.restitution}
+            for b in track.impacts[:BOUNCES]
+        ]  # fmt: skip
     return facts
 
 
