@@ -19,11 +19,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.contact.pose import Posed
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
+    from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.dynamics.loading import Course
     from softmark.solvers.dynamics.scheme import Motion
 
@@ -63,7 +65,7 @@ class Impact:
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
         here = self.at(time)
-        if here.passed(end.x, self.at(start.time), start.x):
+        if here.passed(end.x, self.at(start.time).places(start.x)):
             raise StepFailed("a point of the surface goes through a rigid body")
         for i, contact in enumerate(here.posed):
             if contact.gaps(end.x).min(initial=1.0) <= 0.0:
@@ -115,7 +117,9 @@ def bounces(log: Sequence[Seen]) -> list[Bounce]:
     for i, seen in enumerate(log):
         if not seen.touches:
             continue
-        if runs and times[i] - times[runs[-1][1]] <= max(times[runs[-1][1]] - times[runs[-1][0]], FLIGHT * _step(times, i)):
+        if runs and times[i] - times[runs[-1][1]] <= max(
+            times[runs[-1][1]] - times[runs[-1][0]], FLIGHT * _step(times, i)
+        ):
             runs[-1][1] = i
         else:
             runs.append([i, i])
@@ -157,9 +161,13 @@ class Touches:
         """Norm of what rounding leaves in the forces, N."""
         return sum(c.rounding(x) for c in self.posed)
 
-    def passed(self, x: Floats, since: Touches, x0: Floats) -> bool:
-        """Whether a point has gone through a rigid body on its way from x0, when those were where `since` has them."""
-        return any(passed(c, x, s, x0) for c, s in zip(self.posed, since.posed, strict=True))
+    def places(self, x: Floats) -> list[Place]:
+        """Where the points are as seen from each rigid body."""
+        return [place(c, x) for c in self.posed]
+
+    def passed(self, x: Floats, start: Sequence[Place]) -> bool:
+        """Whether a point has gone through a rigid body on its way from where it was, as seen from there."""
+        return any(passed(a, b) for a, b in zip(start, self.places(x), strict=True))
 
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
@@ -174,35 +182,40 @@ LOOKS = 64  # along the way of a point that may have gone through
 LEAST = 1.0 / 512  # of a way that a look goes on by: walls thinner than this part of what a point moves in a step
 
 
-def passed(contact: Touching, x: Floats, since: Touching, x0: Floats) -> bool:
-    """Whether a point of a contact has gone in on one side of the rigid body and is on its way out of another.
+@dataclass(frozen=True)
+class Place:
+    """Where the points of a contact are as seen from the rigid body: X (n, 3), m, with their gaps (n,), m."""
 
-    As seen from the rigid body; its gap is 1-Lipschitz, so that points which have moved by less than their gaps at
-    both ends have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
+    own: Gap
+    X: Floats
+    gaps: Floats
+
+
+def place(contact: Touching, x: Floats) -> Place:
+    """In a state."""
+    body, X = contact.body, contact.places(x)
+    if isinstance(body, Posed):
+        return Place(body.own, back := body.pose.back(X), body.own.gap(back))
+    return Place(body, X, body.gap(X))
+
+
+def passed(start: Place, end: Place) -> bool:
+    """Whether a point has gone in on one side of the rigid body and is on its way out of another.
+
+    As seen from the rigid body, whose gap is 1-Lipschitz: points that have moved by less than their gaps at both ends
+    have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
     """
-    (own, X1), (_, X0) = _within(contact, x), _within(since, x0)
-    far = np.linalg.norm(X1 - X0, axis=1)
-    known = own.gap(X0) + own.gap(X1)
-    doubt = far > known
-    if not doubt.any():
+    step = end.X - start.X
+    far = np.sqrt(np.einsum("ni,ni->n", step, step))
+    doubt = np.flatnonzero(far > start.gaps + end.gaps)
+    if not len(doubt):
         return False
-    X0, X1, far = X0[doubt], X1[doubt], far[doubt]
-    n0, n1 = own.look(X0)[1], own.look(X1)[1]
-    turned = np.einsum("ni,ni->n", n0, n1) < 0.0
-    if not turned.any():
-        return False
-    return _cut(own, X0[turned], X1[turned], far[turned])
+    n0, n1 = end.own.look(start.X[doubt])[1], end.own.look(end.X[doubt])[1]
+    turned = doubt[np.einsum("ni,ni->n", n0, n1) < 0.0]
+    return bool(len(turned)) and _cut(end.own, start.X[turned], end.X[turned], far[turned])
 
 
-def _within(contact: Touching, x: Floats):  # type: ignore[no-untyped-def]
-    """The gap of the rigid body where it was declared, and the points of the contact as seen from there."""
-    from softmark.solvers.contact.pose import Posed
-
-    body, places = contact.body, contact.places(x)
-    return (body.own, body.pose.back(places)) if isinstance(body, Posed) else (body, places)
-
-
-def _cut(own, X0: Floats, X1: Floats, far: Floats) -> bool:  # type: ignore[no-untyped-def]
+def _cut(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
     """Whether a straight way from X0 to X1 (n, 3) leads behind the surface."""
     share = np.zeros(len(far))
     for _ in range(LOOKS):

@@ -174,7 +174,7 @@ class StageEquations:
         self.factors = stage.load.mean if stage.between else stage.load.end
         impact = self.forces.impact
         self.touches = None if impact is None else impact.at(self.end)
-        self.since = None if impact is None else impact.at(start.time)
+        self.since = [] if impact is None else impact.at(start.time).places(start.x)
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
             self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
@@ -202,9 +202,9 @@ class StageEquations:
 
     def stored(self, x: Floats) -> float:
         """What the barriers of contacts store at the end x, J; infinite where a point has gone through a rigid body."""
-        if self.touches is None or self.since is None:
+        if self.touches is None:
             return 0.0
-        return math.inf if self.touches.passed(x, self.since, self.stage.start.x) else self.touches.value(x)
+        return math.inf if self.touches.passed(x, self.since) else self.touches.value(x)
 
     def force(self, x: Floats) -> Force:
         """The forces that count for the end x."""
