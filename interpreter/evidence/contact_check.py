@@ -15,9 +15,10 @@ import numpy as np
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
-from softmark.interpreter.models.shared.contacting import barrier_of
+from softmark.interpreter.models.shared.contacting import barrier_of, finer
 from softmark.solvers.checks import solids, touching
 from softmark.solvers.checks.solids import EPS, Floats, Ints
+from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -86,6 +87,8 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
+    if not case.planar and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
+        raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.flatnonzero(area > 0.0)
     x = _flat(case, mesh.points + u)[nodes]
