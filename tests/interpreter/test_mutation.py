@@ -1,7 +1,7 @@
 """Every shipped scene with one token deleted, doubled or misspelt is an error or a valid scene.
 
-By default a sample of the mutations is checked, the same in every run, and a larger one, of others, with `-m slow`. All of them:
-SOFTMARK_ALL_MUTATIONS=1 pytest tests/interpreter/test_mutation.py. Add -s to see the slowest.
+By default a sample of the mutations is checked, the same in every run, and a larger one, of others, with `-m slow`.
+All of them: SOFTMARK_ALL_MUTATIONS=1 pytest tests/interpreter/test_mutation.py. Add -s to see the slowest.
 """
 
 from __future__ import annotations
