@@ -15,9 +15,10 @@ import numpy as np
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
-from softmark.interpreter.models.shared.contacting import barrier_of
+from softmark.interpreter.models.shared.contacting import barrier_of, finer
 from softmark.solvers.checks import solids, touching
 from softmark.solvers.checks.solids import EPS, Floats, Ints
+from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -37,16 +38,13 @@ STEPS = 8  # along each side of a facet: where it is looked at between its nodes
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
-def of_contacts(case: Case, mesh: Moved, u: Floats, stiffer: float = 1.0) -> tuple[dict[str, Floats], float]:
-    """Forces on the nodes (n, 3), N, of every contact by its name, and what of them is not sure, N. Raises Unchecked.
-
-    `stiffer` is by how much barriers were raised while it was solved.
-    """
+def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
     found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
         if touch.thing.friction:
             raise Unchecked("there is no other formula for friction")
-        found[touch.name], left = _of_contact(case, touch, mesh, u, stiffer)
+        found[touch.name], left = _of_contact(case, touch, mesh, u)
         unsure += left
     return found, unsure
 
@@ -85,14 +83,17 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     return {"least_gap": float(gaps[nodes].min()), "overlap": max(0.0, -deepest), "facets": len(near)}
 
 
-def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats, stiffer: float) -> tuple[Floats, float]:
+def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
+    barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
+    if not case.planar and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
+        raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.flatnonzero(area > 0.0)
     x = _flat(case, mesh.points + u)[nodes]
     g, n = _asked(_where(touch), x)
-    p, slope = touching.pressure(g, barrier.distance, stiffer * barrier.stiffness, barrier.bend)
+    p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     found = np.zeros_like(u)
     found[nodes] = _flat(case, (area[nodes] * p)[:, None] * n)
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))

@@ -33,8 +33,8 @@ class Pressing:
     matrix would undo the mean, and make more of what a coarse mesh has wrong.) Pressures are per area at `x`; with the
     `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
 
-    Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses on
-    them is told of all together.
+    Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses
+    on them is told of all together.
 
     `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends.
     """

@@ -34,7 +34,6 @@ class Solved:
     model: Fem
     case: Case
     mesh: Moved
-    stiffer: float = 1.0  # than they begin barriers of contacts became
 
     @cached_property
     def u(self) -> Floats:
@@ -68,7 +67,7 @@ class Solved:
         if self.case.contacts:
             from softmark.interpreter.evidence.contact_check import of_contacts
 
-            touched, left = of_contacts(self.case, self.mesh, self.u, self.stiffer)
+            touched, left = of_contacts(self.case, self.mesh, self.u)
             found, unsure = found | touched, unsure + left
         return found, unsure
 
@@ -120,11 +119,11 @@ class Solved:
         return found, lacking, noise
 
 
-def solved(model: Fem, case: Case, mesh: Moved | None, stiffer: float = 1.0) -> Solved:
+def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
     """The state that a mesh is in. Raises Unchecked."""
     if mesh is None or mesh.kind not in CELLS:
         raise Unchecked(f"there is no other formula for {model.element}")
-    return Solved(model, case, mesh, stiffer)
+    return Solved(model, case, mesh)
 
 
 def balance_of(state: Solved) -> ForceBalance:

@@ -69,8 +69,7 @@ class Solids(Sized):
     def _solved(self, found: Found) -> Solved:
         """The state, with what is found of it; once. Raises Unchecked."""
         if Solids not in found.known:
-            stiffer = float(found.solution.facts.get("stiffened") or 1.0)
-            found.known[Solids] = solved(found.declared.thing, found.case, found.solution.mesh, stiffer)
+            found.known[Solids] = solved(found.declared.thing, found.case, found.solution.mesh)
         known: Solved = found.known[Solids]
         return known
 
