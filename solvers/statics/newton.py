@@ -165,7 +165,7 @@ class Newton:
             self._last_residual = residual
 
     def _inside(self, x: Floats, d: Floats) -> tuple[Floats, float]:
-        length = 1.0
+        length = self.assembly.limit(x, d)
         while length > 1e-3:
             y = self._part(x, d, length)
             if np.isfinite(self.strain(y)):
@@ -282,7 +282,7 @@ class Newton:
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
         """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
-        length = 1.0 if np.isfinite(slope) and slope < 0 else 0.0
+        length = self.assembly.limit(x, d) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
             if merit(self._part(x, d, length), load) <= enough:
