@@ -17,7 +17,7 @@ ROOMS = {
     ],
     "solvers": [
         "base", "materials", "elements", "mesh", "energies", "sparse",
-        "assembly", "stresses", "linear", "statics", "dynamics", "reduced", "checks", "alone",
+        "assembly", "contact", "stresses", "linear", "statics", "dynamics", "reduced", "checks", "alone",
     ],
 }  # fmt: skip
 ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.solvers"}

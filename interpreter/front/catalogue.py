@@ -20,6 +20,7 @@ CATALOGUE = Vocabulary(
         "body": ("interpreter.vocabulary", "BODIES"),
         "region": ("interpreter.vocabulary", "REGIONS"),
         "support": ("interpreter.vocabulary", "SUPPORTS"),
+        "contact": ("interpreter.vocabulary", "CONTACTS"),
         "load": ("interpreter.vocabulary", "LOADS"),
         "analysis": ("interpreter.vocabulary", "ANALYSES"),
         "model": ("interpreter.models", "MODELS"),

@@ -21,7 +21,7 @@ from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.message_limit import shortened
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.overrides import Override
-from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.scene import Declared, Location, Scene, rigid
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, case_of, reach
@@ -70,7 +70,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
         body = scene.declared.get(declared.value("body") or "")
-        if condition is None or body is None or body.thing.shape.bounds is None:
+        if condition is None or body is None or rigid(body) or body.thing.shape.bounds is None:
             continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
@@ -95,6 +95,11 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if problem:
             at = body.at("region" if body.thing.planar else "shape")
             yield diagnostic("E581", at, f"`{body.name}` has a shape that no body has: {problem}", "no such shape")
+        elif not body.thing.shape.meshed and not body.thing.planar and body.value("material") is not None:
+            yield diagnostic("E610", body.at("shape"), f"`{body.name}` deforms, and no cells are made of its shape",
+                             "a shape of rigid bodies alone",
+                             "take a `box`, `cylinder`, `cone` or another that has a mesh; an instrument that does not "
+                             "deform is `rigid(...)`, without a material")  # fmt: skip
 
 
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -129,7 +134,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if not points:
             continue
         body = scene.declared[declared.thing.body]
-        if body.thing.shape.fault:
+        if body.thing.shape.fault or not body.thing.shape.meshed:
             continue
         shape = body.thing.shape
         outside = {field: point for field, point in reversed(points) if not shape.contains(point)}
@@ -219,6 +224,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
+    moved |= any(support.thing.moves for touch in case.contacts for support in touch.moved)
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 
@@ -235,7 +241,11 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Doubts of models; what holds for several is said once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
-        if case.shape.fault or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
+        if (
+            case.shape.fault
+            or not case.shape.meshed
+            or (_blamed(case.body, found) and case.shape.flat != bool(case.planar))
+        ):
             continue  # of what is no body, no more is said
         unfit = [*plane.model(model, case), *_wired(model, case), *_with_fibres(model, case)]
         yield from unfit

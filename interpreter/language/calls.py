@@ -14,9 +14,10 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, forms, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
+from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
-from softmark.interpreter.language.scene import Location
+from softmark.interpreter.language.scene import Location, rigid
 from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.sources import Module
 from softmark.records import dataclass
@@ -53,7 +54,8 @@ class Binder:
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
-        values: dict[str, Any] = {}
+        whole = self._whole(constructor, bound)
+        values: dict[str, Any] = {"where": EVERYWHERE} if whole else {}
         for field in constructor.fields:
             if field.name not in bound:
                 continue
@@ -61,12 +63,22 @@ class Binder:
                 values[field.attribute] = self.value(field, *bound[field.name])
             except Bad:
                 broken = True
-        broken |= self._missing(constructor, bound, node)
+        broken |= self._missing(constructor, {**bound, **({"where": (node, self.place)} if whole else {})}, node)
         broken |= forms.either(self, constructor, bound, node)
         if broken:
             raise Bad
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
         return constructor, forms.made(self, constructor, values, bound, node), places
+
+    def _whole(self, constructor: Constructor, bound: dict[str, Bound]) -> bool:
+        """Whether it is about a rigid body, of which there is no part to select."""
+        given = bound.get("body")
+        if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
+            return False
+        try:
+            return rigid(self.compiler.named(given[0], "body", self.module, given[1]))
+        except Bad:
+            return False
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text

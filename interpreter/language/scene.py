@@ -18,6 +18,8 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.sources import ModuleTable
 
+RIGID = "rigid"  # the constructor of bodies that nothing deforms
+
 
 @dataclass(frozen=True)
 class Location:
@@ -74,6 +76,11 @@ class Declared:
         return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
 
 
+def rigid(declared: Declared) -> bool:
+    """Whether it is a rigid body."""
+    return declared.constructor.name == RIGID
+
+
 @dataclass(frozen=True)
 class Expectation:
     """`expect rod.eta < 5 %`."""
@@ -112,7 +119,10 @@ class Scene:
         return self.table.vocabulary
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
-        """The scene's own declarations of a kind, without those that come from `use`."""
+        """The scene's own declarations of a kind, without those that come from `use`; rigid bodies are no bodies here.
+
+        They are of the kind RIGID: what is asked of bodies is asked of what deforms.
+        """
         return self._kinds.get(kind, {})
 
     def asked(self, kind: str) -> dict[str, Declared]:
@@ -130,7 +140,8 @@ class Scene:
         found: dict[str, dict[str, Declared]] = {}
         for name, declared in self.declared.items():
             if "." not in name:
-                found.setdefault(declared.kind, {})[name] = declared
+                kind = RIGID if rigid(declared) else declared.kind
+                found.setdefault(kind, {})[name] = declared
         return found
 
     def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
@@ -141,7 +152,7 @@ class Scene:
     @cached_property
     def _acting(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:
         found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
-        for kind in ("support", "load"):
+        for kind in ("support", "load", "contact"):
             for place, declared in enumerate(self.of_kind(kind).values()):
                 found.setdefault((kind, declared.value("body")), []).append((place, declared))
         return found

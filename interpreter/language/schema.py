@@ -264,6 +264,8 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": "value", "kind": spec}
     if spec in ("body", "support", "load", "reference", "probe", "analysis", "metric", "model", "study"):
         return {"form": "name", "kind": spec}
+    if spec == "support or contact":
+        return {"form": "name", "kind": "support", "also": ("contact",)}
     if spec == "reference or model":
         return {"form": "name", "kind": "reference", "also": ("model",)}
     if spec in ("models", "regions"):

@@ -28,7 +28,7 @@ class Force(OfForces):
     Beside its value a report has size_N, that of the force whatever its direction.
     """
 
-    of: Annotated[str, "support", "the support"]
+    of: Annotated[str, "support or contact", "the support, or the contact"]
     along: Annotated[tuple[float, float, float], "direction", "the direction, `+z` for a pull upwards"]
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "N"

@@ -30,7 +30,7 @@ class Moment(OfForces):
     Beside its value a report has size_Nm, that of the moment whatever its direction.
     """
 
-    of: Annotated[str, "support", "the support"]
+    of: Annotated[str, "support or contact", "the support, or the contact"]
     along: Annotated[Vector3, "direction", "the axis, right-handed"]
     about: Annotated[Vector3 | None, "m", "a point of the axis; without it the middle of what is held"] = None
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None

@@ -14,6 +14,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.pairs import Itself, Tied
 from softmark.interpreter.vocabulary.supports import Bedded, Drain, InPlane, Level, OnAxis
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
@@ -33,6 +34,29 @@ def fault(code: str, at: Location, message: str, label: str = "", help: str = ""
 
 
 @dataclass(frozen=True)
+class Touch:
+    """A contact of a body with a `rigid` one, and the supports that move that, in the order of the scene."""
+
+    declared: Declared
+    rigid: Declared
+    moved: tuple[Declared, ...]
+
+    @property
+    def name(self) -> str:
+        """Of the contact."""
+        return self.declared.name
+
+    @property
+    def thing(self) -> Any:
+        """What the scene says of the contact."""
+        return self.declared.thing
+
+    def at(self, name: str = "") -> Location:
+        """Where a field of the contact is given, or else its name."""
+        return self.declared.at(name)
+
+
+@dataclass(frozen=True)
 class Case:
     """A body, what it is made of, what holds it and what loads it."""
 
@@ -44,6 +68,8 @@ class Case:
     parts: tuple[Declared, ...] = ()  # regions with a material of their own
     groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
     beds: tuple[Declared, ...] = ()  # springs and plates: supports that hold nothing where it is
+    contacts: tuple[Touch, ...] = ()  # rigid bodies that it must not pass
+    pairs: tuple[Declared, ...] = ()  # contacts with itself, and what is glued together
     drains: tuple[Declared, ...] = ()  # where fluid goes through its surface: supports that hold no point of it
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
     leaning: tuple[int, int] = (
@@ -177,8 +203,15 @@ def _made(scene: Scene, body: str) -> Case:
         parts=tuple(regions),
         beds=beds,
         drains=drains,
+        contacts=tuple(_touch(scene, c) for c in scene.acting("contact", body) if not isinstance(c.thing, Itself | Tied)),
+        pairs=tuple(c for c in scene.acting("contact", body) if isinstance(c.thing, Itself | Tied)),
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
+
+
+def _touch(scene: Scene, contact: Declared) -> Touch:
+    rigid = contact.thing.rigid
+    return Touch(contact, scene.declared[rigid], scene.acting("support", rigid))
 
 
 def in_plane(body: Declared) -> tuple[Declared, ...]:

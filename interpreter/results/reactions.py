@@ -54,6 +54,18 @@ class HeldSupport(Plain):
         return {**shares, **(carried if self.reaction is None else self.reaction.entries())}
 
 
+@dataclass(frozen=True)
+class Touch(Plain):
+    """What a contact comes to: the area that is pressed, m^2, the largest pressure, Pa, and the least gap, m.
+
+    Area and pressure are those before deformation.
+    """
+
+    area: float
+    pressure: float
+    gap: float
+
+
 class Fluid(Protocol):
     """The fluid in a porous body."""
 
@@ -87,3 +99,4 @@ class AtRest:
     reason: str | None = None
     dissipated: float = 0.0  # J, since the start of what remembers
     fluid: Fluid | None = None  # of a porous body
+    touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to, by name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.language.expectations import metrics_in
-from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.language.scene import Declared, Scene, rigid
 from softmark.interpreter.results.names import Named, Names
 from softmark.interpreter.vocabulary.loads import Gravity
 
@@ -23,7 +23,7 @@ def _named(scene: Scene, declared: Declared) -> Named:
     return Named(
         declared.kind, declared.constructor.name, declared.location.span.line, declared.constructor.summary, body,
         thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
-        _poisson(scene, thing.material) if declared.kind == "body" else None,
+        _poisson(scene, thing.material) if declared.kind == "body" and not rigid(declared) else None,
     )  # fmt: skip
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
-from softmark.interpreter.vocabulary.bodies import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Solid
+from softmark.interpreter.vocabulary.bodies import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Rigid, Solid
+from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
 from softmark.interpreter.vocabulary.loads import (
     Gravity,
@@ -24,6 +25,7 @@ from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, 
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
 from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
+from softmark.interpreter.vocabulary.pairs import Itself, Tied
 from softmark.interpreter.vocabulary.supports import (
     Bedded,
     Displaced,
@@ -43,6 +45,7 @@ BODIES: dict[str, type[Any]] = {
     "plane_stress": PlaneStress,
     "axisymmetric": Axisymmetric,
     "network": BeamNetwork,
+    "rigid": Rigid,
 }
 
 REGIONS: dict[str, type[Any]] = {
@@ -61,6 +64,12 @@ SUPPORTS: dict[str, type[Any]] = {
     "level": Level,
     "drained": Drained,
     "pore_pressure": PorePressure,
+}
+
+CONTACTS: dict[str, type[Any]] = {
+    "between": Between,
+    "itself": Itself,
+    "tied": Tied,
 }
 
 LOADS: dict[str, type[Any]] = {

@@ -31,6 +31,19 @@ class Solid(MadeOf):
         return material
 
 
+@dataclass(frozen=True)
+class Rigid:
+    """A body that nothing deforms: an instrument, a plate, a floor. It acts on others through a `contact` alone.
+
+    It has no material and no mesh, and stays where it is declared, or goes where supports take it as a whole:
+    `displaced(ball, by = (0, 0, -1) mm, course = state)`, `turned(...)`, without a `where`. The gap between it and what
+    it touches is that of the shape itself.
+    """
+
+    shape: Annotated[Any, "shape", "its geometry where it is declared"]
+    planar = ""
+
+
 class Planar(MadeOf):
     """A slice of a plane region, from z = -thickness/2 to thickness/2: its points stay in their planes."""
 

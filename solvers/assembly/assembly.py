@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -50,7 +51,12 @@ class Assembly:
         return None if self.points is None else rigid_motions(self.points, self.free)
 
     def _scaled(self, load: float) -> list[tuple[Energy, float]]:
-        return [(e, 1.0) for e in self.internal] + [(e, load) for e in self.loads]
+        return [(e, 1.0) for e in self.internal] + self.loaded(load)
+
+    def loaded(self, load: float) -> list[tuple[Energy, float]]:
+        """The loads at their share, and what each is to be multiplied by: those that are driven are what they are."""
+        each: list[Any] = list(self.loads)
+        return [(e.at(load), 1.0) if e.driven else (e, load) for e in each]
 
     def value(self, x: Floats, load: float) -> float:
         """Total potential energy, J; infinite outside the domain of a law."""

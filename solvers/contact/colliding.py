@@ -21,6 +21,8 @@ from softmark.solvers.contact.skin import Skin
 from softmark.solvers.energies.energy import Floats, Ints, Wandering, no_stencils
 
 FAINT = 1e-3  # of the pressure of the barrier: what keeps edges from edges, which points do not see
+PATIENCE = 1000  # steps of an advance until two faces meet, which are on the safe side
+LEAVES = 0.9  # of a gap: the most that an advance takes of it
 HALF = 0.5  # of each surface: both are integrated over
 
 
@@ -51,6 +53,7 @@ class Colliding(Wandering):
     stiffness: float
     alone: bool = False
     thickness: float = 1.0
+    told: Any = None  # nodes (n,) of all pieces but the first
     conservative: bool = True
 
     @property
@@ -61,6 +64,11 @@ class Colliding(Wandering):
     @cached_property
     def _kept(self) -> dict[str, Any]:
         return {}
+
+    @cached_property
+    def _unit(self) -> float:
+        """The size of the surface, m, in which the toolkit is told of it: its tolerances are absolute."""
+        return float(np.ptp(self.skin.X, axis=0).max())
 
     @cached_property
     def _surface(self) -> Any:
@@ -83,7 +91,7 @@ class Colliding(Wandering):
     def _mesh(self, X: Floats) -> Any:
         skin, kind = self.skin, np.int32
         faces = np.zeros((0, 3), dtype=kind) if skin.flat else skin.faces.astype(kind)
-        each = (np.asfortranarray(own) for own in (X, skin.edges.astype(kind), faces))
+        each = (np.asfortranarray(own) for own in (X / self._unit, skin.edges.astype(kind), faces))
         return toolkit().CollisionMesh(*each)
 
     @cached_property
@@ -97,17 +105,22 @@ class Colliding(Wandering):
 
     @cached_property
     def _potential(self) -> Any:
-        return toolkit().BarrierPotential(self.distance, HALF * self.stiffness, True)
+        return toolkit().BarrierPotential(self._reach, HALF * self.stiffness * self._unit, True)
 
     @cached_property
     def _faint(self) -> Any:
-        return toolkit().BarrierPotential(self.distance, FAINT * self.thickness * self.stiffness, True)
+        size = self._unit ** self.skin.X.shape[1]  # of areas and the distance, in its units
+        return toolkit().BarrierPotential(self._reach, FAINT * self.thickness * self.stiffness * size, True)
+
+    @property
+    def _reach(self) -> float:
+        return self.distance / self._unit
 
     # ------------------------------------------------------------------ what is near what
 
     def _places(self, x: Floats) -> tuple[Floats, Floats]:
-        """Of all, and of corners alone, in the order that the toolkit wants."""
-        V = self.skin.places(x)
+        """Of all, and of corners alone, in the units and the order that the toolkit wants."""
+        V = self.skin.places(x) / self._unit
         return np.asfortranarray(V), np.asfortranarray(V[: self.skin.corners])
 
     def _near(self, x: Floats) -> tuple[Any, Any, Floats, Floats]:
@@ -118,7 +131,7 @@ class Colliding(Wandering):
         V, corners = self._places(x)
         guard = toolkit().NormalCollisions()
         guard.use_area_weighting = True
-        guard.build(self._surface, corners, self.distance)
+        guard.build(self._surface, corners, self._reach)
         self._kept["x"], self._kept["near"] = x, (self._pairs(V), guard, V, corners)
         return self._near(x)
 
@@ -126,7 +139,7 @@ class Colliding(Wandering):
         """Samples and the faces, sides and corners of faces near them, each with its area as its weight."""
         ipc, skin = toolkit(), self.skin
         near = ipc.Candidates()
-        near.build(self._sampled, V, self.distance)
+        near.build(self._sampled, V, self._reach)
         name = "ev_candidates" if skin.flat else "fv_candidates"
         each = list(getattr(near, name))
         face = "edge_id" if skin.flat else "face_id"
@@ -140,7 +153,7 @@ class Colliding(Wandering):
             setattr(near, other, [each[i] for i in np.flatnonzero(wanted)] if other == name else [])
         pairs = ipc.NormalCollisions()
         pairs.collision_set_type = ipc.NormalCollisions.CollisionSetType.IMPROVED_MAX_APPROX
-        pairs.build(near, self._sampled, V, self.distance)
+        pairs.build(near, self._sampled, V, self._reach)
         edges, faces = self._sampled.edges, self._sampled.faces
         for pair in (pairs[i] for i in range(len(pairs))):
             pair.weight *= skin.A[max(pair.vertex_ids(edges, faces)) - skin.corners]
@@ -155,7 +168,7 @@ class Colliding(Wandering):
     def least(self, x: Floats) -> float:
         """The least distance between any two faces that is below that of the barrier, m; infinite of none."""
         _, guard, _, corners = self._near(x)
-        return float(np.sqrt(guard.compute_minimum_distance(self._surface, corners))) if len(guard) else np.inf
+        return self._unit * float(np.sqrt(guard.compute_minimum_distance(self._surface, corners))) if len(guard) else np.inf
 
     def value(self, x: Floats) -> float:
         """What the barrier stores, J; infinite where surfaces intersect."""
@@ -169,7 +182,8 @@ class Colliding(Wandering):
         pairs, guard, V, corners = self._near(x)
         g = self._potential.gradient(pairs, self._sampled, V)
         g[: corners.size] += self._faint.gradient(guard, self._surface, corners)
-        return np.asarray(g).reshape(V.shape)
+        found: Floats = np.asarray(g).reshape(V.shape) / self._unit
+        return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces on all nodes, N."""
@@ -186,15 +200,16 @@ class Colliding(Wandering):
         if len(guard):
             M = M[: corners.size]
             H = H + M.T @ (self._faint.hessian(guard, self._surface, corners, way) @ M)
-        return H.tocsr()
+        return H.tocsr() / self._unit**2
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: `matrix` has it all."""
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """The part of d before any two faces meet, less a fifth of what is then left between them; at most 1."""
+        """The part of d before any two faces meet, or all but a tenth of their gap is gone; at most 1."""
         here, there = self._places(x)[1], self._places(x + d)[1]
-        return float(toolkit().compute_collision_free_stepsize(self._surface, here, there))
+        ccd = toolkit().AdditiveCCD(PATIENCE, LEAVES)
+        return float(toolkit().compute_collision_free_stepsize(self._surface, here, there, narrow_phase_ccd=ccd))
 
     def rounding(self, x: Floats) -> float:
         """What the last digits of places leave in its forces, N."""

@@ -100,6 +100,12 @@ def pieces_of(mesh: Mesh) -> Ints:
     return found
 
 
+def others(mesh: Mesh) -> Any:
+    """Nodes (n,) of all pieces but the first; None of a body in one piece."""
+    of = pieces_of(mesh)
+    return of > 0 if of.any() else None
+
+
 def _outer(mesh: Mesh) -> Ints:
     """Facets of a slice that are not its front or its back."""
     z = mesh.points[mesh.facets, 2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Tied(Energy):
     K: Floats  # (p, 3 (a + b), 3 (a + b)), N/m
     area: float  # m^2
     stiffness: float
+    told: Any = None  # nodes (n,) of all pieces but the first
     conservative: bool = True
 
     @cached_property

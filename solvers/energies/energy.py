@@ -29,7 +29,9 @@ class Energy(Protocol):
     saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
     grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
+    told: Any = None  # nodes (n,) whose forces are its reaction, where that of all adds up to nothing; None: all
     wandering: ClassVar[bool] = False  # which unknowns its Hessian couples changes: a `Wandering`
+    driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
 
     @property
     def conservative(self) -> bool:

@@ -50,6 +50,8 @@ class Combined(Enclosed):
                 return "a plane region is combined with nothing: it has no volume"
             if shape.fault:
                 return shape.fault
+            if not shape.meshed:
+                return "one of its parts is a shape of rigid bodies alone, of which there is no surface to combine"
         return self.apart
 
     @property

@@ -189,6 +189,7 @@ class Shape:
     prebuilt: ClassVar[bool] = False  # its cells are those of a file, and a size has no part in them
     enclosed: ClassVar[bool] = False  # it is filled with tetrahedra, and asks a mesher for them
     flat: ClassVar[bool] = False  # it is a region of a plane, for plane problems
+    meshed: ClassVar[bool] = True  # cells can be made of it; of others there are rigid bodies alone
     wired: ClassVar[bool] = False  # it is a network of axes, of which no cells are made
     gap: ClassVar[str] = "hollow"  # why a point between others that it holds may be outside, where it is not convex
 

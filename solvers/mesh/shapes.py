@@ -21,6 +21,7 @@ from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rect
 from softmark.solvers.mesh.extruded import Extruded
 from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
+from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, Tip
 from softmark.solvers.mesh.revolved import Cone, Revolved
 from softmark.solvers.mesh.sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import (
@@ -263,4 +264,8 @@ SHAPES: dict[str, type[Shape]] = {
     "difference": Difference,
     "intersection": Intersection,
     "apart": Apart,
+    "half_space": HalfSpace,
+    "rounded_box": RoundedBox,
+    "punch": Punch,
+    "tip": Tip,
 }

@@ -91,13 +91,13 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 
 def _free(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     newton = Newton(problem, history, systems)
-    x = newton.whole_steps(_begun(newton), BOLD)
+    x = newton.descend(_begun(newton), 1.0) if problem.touches else newton.whole_steps(_begun(newton), BOLD)
     return _settled(newton, x)
 
 
 def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     newton = Newton(problem, history, systems)
-    x = newton.whole_steps(_given(newton), ROUGH)
+    x = newton.descend(_given(newton), 1.0) if problem.touches else newton.whole_steps(_given(newton), ROUGH)
     return replace(_settled(newton, x), started=True)
 
 
@@ -119,7 +119,7 @@ def _begun(newton: Newton, cap: int | None = None) -> Floats:
     start = Newton(rough, newton.history, newton.systems, "corotational start")
     x = start.impose(problem.rest, 1.0)
     if cap is None:
-        x = start.whole_steps(x, ROUGH)
+        x = start.descend(x, 1.0) if problem.touches else start.whole_steps(x, ROUGH)
         if not problem.near(x):
             raise NotConverged("the corotational start is squeezed flat", tuple(newton.history))
     else:

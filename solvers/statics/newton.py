@@ -53,8 +53,8 @@ class Newton:
         """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
         g = self.assembly.gradient(x, load)
         external = np.zeros_like(g)
-        for energy in self.assembly.loads:
-            energy.add_gradient(x, external, load)
+        for energy, scale in self.assembly.loaded(load):
+            energy.add_gradient(x, external, scale)
         weighted = g * self.problem.weights
         forces = (external * self.problem.weights, weighted[self.problem.fixed], weighted[self.assembly.free])
         load_size, reactions, size = (float(np.linalg.norm(f)) for f in forces)
@@ -65,7 +65,8 @@ class Newton:
         """Move the supports by the last fraction of their way to a load, and the body as its tangent says."""
         if not self.problem.moves:
             return x
-        return self._moved(x, self._following(x, self.problem.imposed(load - fraction, load), load, True), 1.0)
+        d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
+        return self._moved(x, self._clear(x, d), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
         """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
@@ -81,12 +82,18 @@ class Newton:
         """The same of supports that move by increments (c,), whatever imposes them. Raises NotConverged."""
         self._promised = None
         d = self._following(x, moved, load, False)
-        y = self._moved(x, d, 1.0)
+        y = self._moved(x, self._clear(x, d), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
         if self.cellular:
             self._promised = self.mixing.promised(self.assembly, x, d)
         return y
+
+    def _clear(self, x: Floats, d: Floats) -> Floats:
+        """A motion d, if nothing meets on the way. Raises NotConverged."""
+        if self.assembly.limit(x, d) < 1.0:
+            raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
+        return d
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool) -> Floats:
         """How the body follows what supports move by (c,): (dofs,)."""
@@ -193,7 +200,7 @@ class Newton:
             raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
-        recent, most = deque([value], MEMORY), max(self.problem.max_iterations, patience)
+        recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
         for number in range(most + 1):
             g, residual = self.residual(x, load)
             if self._done(x, g, residual):
@@ -248,7 +255,7 @@ class Newton:
 
     def _energy(self, x: Floats, load: float) -> float:
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
-            loads = (load * e.value(x) for e in self.assembly.loads) if load != 0.0 else ()
+            loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
             self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 

@@ -161,6 +161,11 @@ class Statics:
         return self.way is not None or bool(np.any(self.target))
 
     @property
+    def touches(self) -> bool:
+        """Whether something may come into contact: whole steps go in and out of it by turns, without an end."""
+        return any(e.driven or e.wandering for e in (*self.assembly.internal, *self.assembly.loads))
+
+    @property
     def longest(self) -> float:
         """The largest step of the load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)

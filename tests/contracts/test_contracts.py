@@ -138,6 +138,8 @@ def test_every_word_is_documented_and_annotated(kind: str, name: str, cls: type[
                          ids=str)  # fmt: skip
 def test_shapes(name: str, shaped: dict[str, Any]) -> None:
     cls = SHAPES[name]
+    if not cls.meshed:
+        pytest.skip("of rigid bodies alone: tests/solvers/test_gaps.py")
     if SHAPES[name].enclosed and find_spec("pytetwild") is None:
         pytest.skip("needs the extra `meshing`")
     if issubclass(cls, Combined) and find_spec("manifold3d") is None:

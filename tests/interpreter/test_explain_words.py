@@ -67,6 +67,9 @@ def test_the_example_of_a_shape_is_one_that_a_body_has(shape: str, capsys: pytes
     assert main(["explain", shape]) == 0
     example = capsys.readouterr().out.partition(f"Example: shape NAME = {shape}")[2].splitlines()[0]
     gel = "material gel = neo_hookean(young = 1 kPa, poisson = 0.3, density = 1 kg/m^3)\n"
+    if not SHAPES[shape].meshed:  # which is a rigid body's
+        assert softmark.loads(f"shape s = {shape}{example}\n").scene.declared["s"].thing.fault == ""
+        return
     body, thick = ("plane_strain", ", thickness = 1 mm") if SHAPES[shape].flat else ("solid", "")
     made = softmark.loads(f"{gel}body b = {body}({shape}{example}, gel{thick})\n")
     assert made.scene.of_kind("body").keys() == {"b"}

@@ -58,12 +58,21 @@ class Solved:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Forces of every bed at the nodes (n, 3), by name, and what of them is not sure, N. Raises Unchecked."""
-        if not self.case.beds:
-            return {}, 0.0
-        from softmark.interpreter.evidence.bed_check import of_beds
+        """Forces of every bed and contact at the nodes (n, 3), by name, and what of them is not sure, N. Raises Unchecked."""
+        found, unsure = dict[str, Floats](), 0.0
+        if self.case.beds:
+            from softmark.interpreter.evidence.bed_check import of_beds
 
-        return of_beds(self.case, self.mesh, self.u)
+            found, unsure = of_beds(self.case, self.mesh, self.u)
+        if self.case.contacts:
+            from softmark.interpreter.evidence.contact_check import of_contacts
+
+            found = found | of_contacts(self.case, self.mesh, self.u)
+        if self.case.pairs:
+            from softmark.interpreter.evidence.contact_check import of_pairs
+
+            found = found | of_pairs(self.case, self.mesh, self.u)
+        return found, unsure
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
         """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
@@ -136,8 +145,18 @@ def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
     held = by_support(state.case, state.mesh, inside - outside, x)
-    beds = {name: _alone(state.case, f, x) for name, f in state.beds[0].items()}
+    beds = {name: _alone(state.case, _told(state, name, f), x) for name, f in state.beds[0].items()}
     return held | beds, LEFT * noise + unsure
+
+
+def _told(state: Solved, name: str, f: Floats) -> Floats:
+    """Of forces between pieces of a body (n, 3), those on all but the first."""
+    if all(pair.name != name for pair in state.case.pairs):
+        return f
+    from softmark.solvers.contact.skin import others
+
+    told = others(state.mesh.mesh)
+    return f if told is None else np.where(told[:, None], f, 0.0)
 
 
 def _alone(case: Case, f: Floats, x: Floats) -> Wrench:

@@ -21,7 +21,8 @@ def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Soluti
     most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
     moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
     known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
-    return AtRest(*known, dissipated=carried.dissipated, fluid=carried.fluid)
+    return AtRest(*known, dissipated=carried.dissipated, fluid=carried.fluid,
+                  touches=carried.touches)  # fmt: skip
 
 
 def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.results.loads import vector
-from softmark.interpreter.results.reactions import Fluid, Reaction
+from softmark.interpreter.results.reactions import Fluid, Reaction, Touch
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 
@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.touching import Touching
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
+PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,8 @@ class Carried:
     holders: tuple[Holder, ...] = ()  # of a model that has its own: what supports hold
     dissipated: float = 0.0  # J, by what remembers
     written: Floats | None = None
-    beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed does to the body (n, 6)
+    beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
+    touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to
     pulling: Floats | None = None
     fluid: Fluid | None = None  # of a porous body
 
@@ -147,8 +150,28 @@ def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
     """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
-    each = {name: _plain(_force(bed, u)) for name, bed in beds.items()}
+    each = {name: _plain(counted(bed, _force(bed, u))) for name, bed in beds.items()}
     return replace(carried, energy=carried.energy - stored, beds=each)
+
+
+def counted(bed: Energy, forces: Floats) -> Floats:
+    """Those of its forces (n, 3), N, that are told: between pieces of a body the force on all but the first."""
+    return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
+
+
+def touched(carried: Carried, contacts: Mapping[str, Touching]) -> Carried:
+    """With what rigid bodies do to a body that touches them."""
+    u = carried.u.ravel()
+    each = {name: _plain(_force(contact, u)) for name, contact in contacts.items()}
+    return replace(carried, beds=carried.beds | each, touches={n: touch_of(carried, c) for n, c in contacts.items()})
+
+
+def touch_of(carried: Carried, contact: Touching) -> Touch:
+    """What a contact comes to in a state."""
+    u = carried.u.ravel()
+    g, p = contact.gaps(u), contact.pressures(u)
+    pressed = p > PRESSED * p.max(initial=0.0)
+    return Touch(float(contact.A[pressed].sum()), float(p.max(initial=0.0)), float(g.min()))
 
 
 def _force(load: Energy, u: Floats) -> Floats:

@@ -21,7 +21,7 @@ from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
-from softmark.interpreter.models.shared import outcome
+from softmark.interpreter.models.shared import outcome, outside
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -57,6 +57,7 @@ from softmark.solvers.statics.balance import resultant_on
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.equilibrium import Watch
@@ -90,6 +91,7 @@ class PreparedSolid(OnMesh):
     beds: Mapping[str, Bedding] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
+    contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
@@ -186,7 +188,8 @@ class PreparedSolid(OnMesh):
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         found = carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, pulling)
-        return carried.bedded(found, self.beds) if self.beds else found
+        found = carried.bedded(found, self.beds) if self.beds else found
+        return carried.touched(found, self.contacts) if self.contacts else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -285,9 +288,10 @@ def at_rest(
     applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
     unknowns = Unknowns.of(internal, mesh)
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
-    beds = _beds(case, mesh)
+    beds = outside.beds(case, mesh)
+    contacts = outside.contacts(case, mesh)
     loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
-    assembly = Assembly(dofs, fixed, [*internal, *beds.values()], loads, points)
+    assembly = Assembly(dofs, fixed, [*internal, *beds.values()], [*loads, *contacts.values()], points)
     formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
         assembly,
@@ -300,7 +304,7 @@ def at_rest(
         None if twins is None else assembly.with_internal([*twins, *beds.values()]),
         unknowns.of_displacements(soundness(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
-        convex=model.strain == "small" and assembly.conservative,
+        convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
@@ -318,18 +322,10 @@ def at_rest(
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
     made = PreparedSolid(
-        *known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0, muscles=(*tensions,)
-    )
+        *known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0, muscles=(*tensions,),
+        contacts=contacts,
+    )  # fmt: skip
     return made, parts
-
-
-def _beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
-    """The springs that it lies on, by name. Raises Fault."""
-    if not case.beds:
-        return {}
-    from softmark.interpreter.models.shared.bedding import beds_on
-
-    return beds_on(case, mesh)
 
 
 def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared, Energy]]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from softmark.interpreter.language import units
 from softmark.interpreter.problem.case import fault
 from softmark.interpreter.vocabulary.pairs import Tied as TiedWord
 from softmark.solvers.contact.colliding import Colliding, NoToolkit, toolkit
-from softmark.solvers.contact.skin import Skin, pieces_of, skin_of
+from softmark.solvers.contact.skin import Skin, others, pieces_of, skin_of
 from softmark.solvers.contact.tied import Tied, tied
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
-    from softmark.solvers.energies.energy import Energy, Floats, Ints
+    from softmark.solvers.energies.energy import Energy, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
 THIN = 1e-3  # of the size of a body: where the barrier begins
@@ -41,10 +41,11 @@ def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     usual = THIN * mesh.extent
     asked = said.distance or usual
     stiffness = said.stiffness or SOFT * young(case)
-    made = Colliding(skin, asked, stiffness, several, thickness)
+    told = others(mesh)
+    made = Colliding(skin, asked, stiffness, several, thickness, told)
     left = _gap(pair, made, mesh)
     if said.distance is None and left < usual:
-        made = Colliding(skin, left, stiffness, several, thickness)
+        made = Colliding(skin, left, stiffness, several, thickness, told)
     return made
 
 
@@ -113,6 +114,7 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
         np.concatenate([t.K for t in each]),
         sum(t.area for t in each),
         stiffness,
+        others(mesh),
     )
 
 
@@ -136,10 +138,3 @@ def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
         )
     return found
 
-
-def force_on_others(case: Case, mesh: Mesh, forces: Floats) -> Any:
-    """Forces on nodes (n, 3), N, but for those of the first piece: what is between pieces adds up to nothing."""
-    of = pieces_of(mesh)
-    if not of.any():
-        return forces
-    return np.where((of > 0)[:, None], forces, 0.0)

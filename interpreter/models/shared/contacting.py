@@ -1,0 +1,119 @@
+"""Contacts of a body with rigid ones: from what a scene says to energies of the nodes of its surface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.problem.case import Case, Touch, fault
+from softmark.interpreter.problem.parts.surface import loaded
+from softmark.records import dataclass
+from softmark.solvers.contact.barrier import Barrier
+from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.pose import Pose, Posed
+from softmark.solvers.contact.touching import Touching, node_areas
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.gaps.gap import Gap
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.mesh.mesh import Mesh
+
+THIN = 1e-5  # of the size of a body: where the barrier begins
+BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
+ACROSS = 1e-9  # of a slice: facets that are thinner along z lie in its faces
+
+
+def contacts_on(case: Case, mesh: Mesh) -> dict[str, Touching]:
+    """The energy of every contact, by name. Raises Fault where one has no surface, or starts overlapped."""
+    return {touch.name: _touching(case, touch, mesh) for touch in case.contacts}
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A rigid body where its supports have taken it at a share of the load: turned first, and then shifted."""
+
+    gap: Gap
+    touch: Touch
+
+    def __call__(self, share: float) -> Gap:
+        """Where it is."""
+        pose = pose_at(self.touch, share)
+        return self.gap if pose is None else Posed(self.gap, pose)
+
+
+def pose_at(touch: Touch, share: float) -> Pose | None:
+    """Where supports have taken a rigid body at a share of the load; None where it is declared."""
+    shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
+    for support in touch.moved:
+        held = np.isin(np.arange(3), support.thing.components)
+        shift = shift + share * np.array(support.thing.displacement) * held
+        if support.thing.turns:
+            rotation, about = share * np.array(support.thing.rotation), np.array(support.thing.through)
+    return Pose(shift, rotation, about) if shift.any() or rotation.any() else None
+
+
+def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
+    """As thin as the size of the body asks, and as stiff as it is."""
+    young = max(2.0 * m.shear_modulus * (1.0 + m.poisson) for m in case.typical)
+    distance = touch.thing.distance or THIN * mesh.extent
+    return Barrier(distance, BEARS * float(young))
+
+
+def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
+    gap = gap_of(touch.rigid.thing.shape)
+    assert gap is not None  # refused when the scene is checked
+    nodes, areas = _surface(case, touch, mesh)
+    barrier = barrier_of(case, touch, mesh)
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, Moving(gap, touch), bool(case.planar))
+    _must_be_apart(case, touch, made)
+    return made
+
+
+def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
+    """Raises Fault where a rigid body overlaps the body before anything has moved."""
+    g = made.at(0.0).gaps(np.zeros(3 * (int(made.nodes.max()) + 1)))
+    deepest = int(g.argmin())
+    if g[deepest] > -made.barrier.distance:
+        return
+    from softmark.interpreter.language import units
+
+    at = units.show_all(made.X[deepest].tolist(), units.LENGTH)
+    deep = units.show(float(-g[deepest]), units.LENGTH)
+    raise fault(
+        "E611",
+        touch.at(),
+        f"`{touch.rigid.name}` overlaps `{case.body.name}` before anything has moved: by {deep} at {at}",
+        "overlap at the start",
+        "move it away, so that it touches at most, and let a support bring it: `displaced(..., by = ...)`",
+    )
+
+
+def _surface(case: Case, touch: Touch, mesh: Mesh) -> tuple[Ints, Floats]:
+    """Nodes of the surface that may touch (m,), and the areas that they stand for (m,), m^2. Raises Fault if none."""
+    facets = loaded(case.shape, mesh, touch.thing.where).touched
+    facets = np.unique(facets, axis=0)
+    if case.planar and len(facets):
+        z = mesh.points[facets][..., 2]
+        facets = facets[np.ptp(z, axis=1) > ACROSS * np.ptp(mesh.points[:, 2])]
+    free = ~_held(case, mesh)
+    facets = facets[free[facets].any(axis=1)]
+    if not len(facets):
+        raise fault(
+            "E302",
+            touch.at("where" if "where" in touch.declared.fields else ""),
+            f"`{touch.name}` selects no part of the surface of `{case.body.name}` that is free to move",
+            "selects nothing",
+            "the condition must hold on a part of the surface that no support holds",
+        )
+    return node_areas(mesh.points, facets, mesh.element.facet.triangles, case.depth)
+
+
+def _held(case: Case, mesh: Mesh) -> Floats:
+    """Which nodes (n,) named supports hold: a facet all of whose nodes are held touches nothing."""
+    from softmark.interpreter.models.shared.holding import selected
+
+    found = np.zeros(len(mesh.points), dtype=np.bool_)
+    for support in case.named_supports:
+        found |= selected(case, support, mesh)
+    return found

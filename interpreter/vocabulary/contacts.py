@@ -1,0 +1,33 @@
+"""Contacts: which bodies must not pass through each other.
+
+To add one: a class, a line in CONTACTS.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Between:
+    """Keeps the surface of a body clear of a rigid one: what presses on it is found, and nothing passes through.
+
+    The rigid body stays where it is declared, or goes where a support takes it: `support hand = displaced(ball, by =
+    (0, 0, -1) mm)`. No node of the surface comes behind its surface; between nodes the facets of a coarse mesh may cut
+    a convex rigid body, by as much as they are flat, and a report says by how much. A thin barrier does it: it has no
+    pressure beyond the `distance`, which is chosen at a hundred-thousandth of the size of the body, and more than the
+    body can bear at touch, so that a gap of less than that distance is left, which is part of the stated error.
+    `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
+    plane, where the rigid body is cut by z = 0.
+    """
+
+    rigid: Annotated[str, "body", "the rigid body"]
+    body: Annotated[str, "body", "the deformable body"]
+    where: Annotated[Any, "condition", "which part of its surface may touch, by coordinates before deformation"] = (
+        EVERYWHERE
+    )
+    friction: Annotated[float, "1 in [0, 10]", "Coulomb's coefficient of friction"] = 0.0
+    distance: Annotated[float | None, "m in (0, inf)", "where the barrier begins; chosen by the size without"] = None

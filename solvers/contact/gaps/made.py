@@ -1,0 +1,106 @@
+"""The gaps of shapes of the language, one function for each kind."""
+
+from __future__ import annotations
+
+import math
+
+from softmark.solvers.contact.gaps.flats import Brick, Half, Prism
+from softmark.solvers.contact.gaps.gap import Gap
+from softmark.solvers.contact.gaps.round import Ball, Rounded
+from softmark.solvers.contact.gaps.turned import Turned, middle
+from softmark.solvers.mesh.extruded import Extruded
+from softmark.solvers.mesh.instruments import HalfSpace, RoundedBox, RoundedTurned
+from softmark.solvers.mesh.polygons import Corners
+from softmark.solvers.mesh.revolved import Revolution
+from softmark.solvers.mesh.shape import Shape, Vector3, moved
+from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.tube import Tube
+
+ARC = 1024  # points of a rounded corner, of which the middle of the volume is found: to 1e-7 of the size
+ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # of a prism's two coordinates in section, and along it
+
+
+def half_space(shape: HalfSpace) -> Gap:
+    """Of all behind a plane."""
+    return Half(shape.origin, shape.normal)
+
+
+def sphere(shape: Sphere) -> Gap | None:
+    """Of a whole one."""
+    return None if shape.kept else Ball(shape.radius, shape.origin)
+
+
+def shell(shape: SphericalShell) -> Gap | None:
+    """Of a whole one."""
+    return None if shape.kept else Ball(shape.radius, shape.origin, shape.inner)
+
+
+def box(shape: Box) -> Gap:
+    """Of a sharp one."""
+    return _brick(shape.origin, shape.size, 0.0)
+
+
+def rounded_box(shape: RoundedBox) -> Gap:
+    """Of one that is rounded: a smaller one, and all that is near."""
+    core = _brick(shape.origin, shape.size, shape.rounding)
+    return Rounded(core, shape.rounding, core.centroid)
+
+
+def _brick(origin: Vector3, size: Vector3, less: float) -> Brick:
+    a, b, c = (0.5 * s for s in size)
+    x, y, z = origin
+    return Brick((x + a, y + b, z + c), (a - less, b - less, c - less))
+
+
+def cylinder(shape: Cylinder) -> Gap:
+    """Of one with flat ends and sharp rims."""
+    r, h = shape.radius, shape.length
+    return Turned(((0.0, 0.0), (r, 0.0), (r, h), (0.0, h)), shape.axis, shape.origin)
+
+
+def tube(shape: Tube) -> Gap:
+    """Of one with flat ends and sharp rims."""
+    r, s, h = shape.radius, shape.inner, shape.length
+    return Turned(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
+
+
+def revolved(shape: Revolution) -> Gap:
+    """Of a polygon that is turned around an axis, such as a cone."""
+    return Turned(shape.outline, shape.axis, shape.origin)
+
+
+def rounded(shape: RoundedTurned) -> Gap:
+    """Of what is rounded all around: its core, and all that is near."""
+    core = Turned(shape.core, shape.axis, shape.origin)
+    centre = moved(shape.origin, (middle(_rounded(shape.core, shape.rounding)), shape.axis))
+    return Rounded(core, shape.rounding, centre)
+
+
+def _rounded(corners: Corners, radius: float) -> Corners:
+    """The corners of a convex half-section, grown by a radius all around, m: arcs of many sides, from axis to axis."""
+    around = Turned(corners, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)).outline.sides
+    turns = [math.atan2(y, x) for x, y in around.normal.tolist()]
+    places = [*around.start.tolist(), (around.start[-1] + around.way[-1]).tolist()]
+    ends = [-0.5 * math.pi, *turns, 0.5 * math.pi]
+    found = [
+        (
+            r + radius * math.cos(first + (last - first) * k / ARC),
+            z + radius * math.sin(first + (last - first) * k / ARC),
+        )
+        for (r, z), first, last in zip(places, ends[:-1], ends[1:], strict=True)
+        for k in range(ARC + 1)
+    ]
+    return tuple(found)
+
+
+def extruded(shape: Extruded) -> Gap:
+    """Of a prism of any polygon."""
+    return Prism(shape.section, shape.base, shape.height, ORDERS[shape.along])
+
+
+def surface(shape: Shape) -> Gap:
+    """Of a closed surface of triangles. Raises UnreadableMesh."""
+    from softmark.solvers.contact.gaps.surface import Surface
+
+    return Surface(*shape.surface(0.0))

@@ -1,0 +1,135 @@
+"""A surface that keeps clear of a rigid body: an energy of the gaps of its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.blocks import add_blocks
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.barrier import Barrier
+    from softmark.solvers.contact.gaps.gap import Gap
+
+
+@dataclass(frozen=True)
+class Touching(Energy):
+    """E = sum_i A_i phi(g(X_i + u_i)) over `nodes` (m,) of a surface at rest at X (m, 3), m, that stand for areas A (m,).
+
+    `posed` says of a share of the load where the rigid body then is; `share` is the present one. Nodes alone keep
+    clear: between them a facet may cut a convex body by as much as it is flat. Frictionless; with `flat` the gap is
+    that of sections, and nothing acts along z.
+    """
+
+    driven: ClassVar[bool] = True  # by the share of the load, to which it is not in proportion
+
+    nodes: Ints
+    X: Floats
+    A: Floats
+    barrier: Barrier
+    posed: Callable[[float], Gap]
+    flat: bool = False
+    share: float = 1.0
+    conservative: bool = True
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom of each node (m, 3)."""
+        return 3 * self.nodes[:, None] + np.arange(3)
+
+    @cached_property
+    def body(self) -> Gap:
+        """The rigid body where it is."""
+        return self.posed(self.share)
+
+    def at(self, share: float) -> Touching:
+        """The same at another share of the load."""
+        return self if share == self.share else replace(self, share=share)
+
+    def places(self, x: Floats) -> Floats:
+        """Where its nodes are (m, 3), m; of a slice in its plane."""
+        found = self.X + np.asarray(x, dtype=np.float64)[self.stencils]
+        return found * (1.0, 1.0, 0.0) if self.flat else found
+
+    def gaps(self, x: Floats) -> Floats:
+        """Of its nodes (m,), m."""
+        return self.body.gap(self.places(x))
+
+    def look(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """Gaps (m,), m, normals of the rigid body there (m, 3), and curvatures of the gap (m, 3, 3), 1/m."""
+        g, n, H = self.body.look(self.places(x))
+        if self.flat:
+            n = n * (1.0, 1.0, 0.0)
+            H = H * np.outer((1.0, 1.0, 0.0), (1.0, 1.0, 0.0))
+        return g, n, H
+
+    def pressures(self, x: Floats) -> Floats:
+        """What the law of the gap says at its nodes (m,), Pa."""
+        return self.barrier.pressure(self.gaps(x))
+
+    def forces(self, x: Floats) -> Floats:
+        """What the rigid body does to the nodes (m, 3), N."""
+        g, n, _ = self._near(x)
+        found: Floats = (self.A * self.barrier.pressure(g))[:, None] * n
+        return found
+
+    def value(self, x: Floats) -> float:
+        """What the barrier stores, J."""
+        return float(self.A @ self.barrier.energy(self.gaps(x)))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the forces, N."""
+        np.add.at(g, self.stencils, -scale * self.forces(x))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """A (phi'' n n + phi' H): the second part is not definite, and is left out where the first is to be alone."""
+        g, n, H = self._near(x)
+        blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
+        if not projected:
+            blocks -= self.barrier.pressure(g)[:, None, None] * H
+        add_blocks(scale * self.A[:, None, None] * blocks, slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """What the last digits of places leave in its forces, N."""
+        size = float(np.abs(self.places(x)).max(initial=0.0))
+        stiff = self.A * self.barrier.slope(self.gaps(x))
+        return float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
+
+    def _near(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """What `look` says; of nodes beyond the barrier's distance the gap alone."""
+        where = self.places(x)
+        g = self.body.gap(where)
+        n, H = np.zeros((len(g), 3)), np.zeros((len(g), 3, 3))
+        near = g < self.barrier.distance
+        if near.any():
+            _, n[near], H[near] = self.body.look(where[near])
+            if self.flat:
+                n[:, 2] = H[:, 2] = H[:, :, 2] = 0.0
+        return g, n, H
+
+
+def node_areas(
+    points: Floats, facets: Ints, triangles: tuple[tuple[int, int, int], ...], depth: float = 0.0
+) -> tuple[Ints, Floats]:
+    """Nodes of facets (f, k), and the areas that they stand for (m,), m^2: a third of each flat triangle at a corner.
+
+    `triangles` split a facet over its nodes. With the `depth`, m, of a slice through a body of revolution, the
+    integrals of linear shape functions over whole rings.
+    """
+    split = facets[:, np.array(triangles)].reshape(-1, 3)
+    a, b, c = (points[split[:, i]] for i in range(3))
+    third = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0, 3)
+    if depth:
+        from softmark.solvers.energies.revolved import around
+
+        r = points[split, 0]
+        third *= around(0.25 * (r + r.sum(axis=1, keepdims=True)), depth).ravel()
+    found = np.bincount(split.ravel(), third, minlength=len(points)).astype(np.float64)
+    nodes = np.unique(split)
+    return nodes, found[nodes]
