@@ -23,6 +23,7 @@ from softmark.solvers.energies.energy import Floats, Ints, Wandering, no_stencil
 FAINT = 1e-3  # of the pressure of the barrier: what keeps edges from edges, which points do not see
 PATIENCE = 1000  # steps of an advance until two faces meet, which are on the safe side
 LEAVES = 0.9  # of a gap: the most that an advance takes of it
+PARALLEL = 1e-14  # the square of a sine: edges whose mollified distance is nothing (Li et al. 2020, section 5.1)
 HALF = 0.5  # of each surface: both are integrated over
 
 
@@ -129,11 +130,31 @@ class Colliding(Wandering):
             found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
             return found
         V, corners = self._places(x)
-        guard = toolkit().NormalCollisions()
-        guard.use_area_weighting = True
-        guard.build(self._surface, corners, self._reach)
-        self._kept["x"], self._kept["near"] = x, (self._pairs(V), guard, V, corners)
+        self._kept["x"], self._kept["near"] = x, (self._pairs(V), self._guard(corners), V, corners)
         return self._near(x)
+
+    def _guard(self, corners: Floats) -> Any:
+        """Vertices and triangles, and edges, that are near each other."""
+        ipc = toolkit()
+        near = ipc.Candidates()
+        near.build(self._surface, corners, self._reach)
+        self._crossing(near, corners)
+        guard = ipc.NormalCollisions()
+        guard.use_area_weighting = True
+        guard.build(near, self._surface, corners, self._reach)
+        return guard
+
+    def _crossing(self, near: Any, corners: Floats) -> None:
+        """Leaves out pairs of parallel edges: what meets of those meets at a corner, which has a pair of its own."""
+        each = list(near.ee_candidates)
+        if not each:
+            return
+        ids = np.array([(c.edge0_id, c.edge1_id) for c in each])
+        ends = corners[self._surface.edges[ids]]
+        way = ends[:, :, 1] - ends[:, :, 0]
+        across = np.sum(np.cross(way[:, 0], way[:, 1]) ** 2, axis=1)
+        kept = across > PARALLEL * np.prod(np.sum(way**2, axis=2), axis=1)
+        near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
     def _pairs(self, V: Floats) -> Any:
         """Samples and the faces, sides and corners of faces near them, each with its area as its weight."""
@@ -208,8 +229,12 @@ class Colliding(Wandering):
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of d before any two faces meet, or all but a tenth of their gap is gone; at most 1."""
         here, there = self._places(x)[1], self._places(x + d)[1]
-        ccd = toolkit().AdditiveCCD(PATIENCE, LEAVES)
-        return float(toolkit().compute_collision_free_stepsize(self._surface, here, there, narrow_phase_ccd=ccd))
+        ipc = toolkit()
+        near = ipc.Candidates()
+        near.build(self._surface, here, there)
+        self._crossing(near, here)
+        ccd = ipc.AdditiveCCD(PATIENCE, LEAVES)
+        return float(near.compute_collision_free_stepsize(self._surface, here, there, 0.0, ccd))
 
     def rounding(self, x: Floats) -> float:
         """What the last digits of places leave in its forces, N."""
