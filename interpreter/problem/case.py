@@ -189,7 +189,7 @@ def _made(scene: Scene, body: str) -> Case:
     regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
         regions = []  # parts of the body's own material are parts in name only
-    acting = scene.acting("support", body)
+    acting, touching = scene.acting("support", body), scene.acting("contact", body)
     beds = tuple(s for s in acting if isinstance(s.thing, Bedded | Level))
     drains = tuple(s for s in acting if isinstance(s.thing, Drain))
     return Case(
@@ -203,8 +203,8 @@ def _made(scene: Scene, body: str) -> Case:
         parts=tuple(regions),
         beds=beds,
         drains=drains,
-        contacts=tuple(_touch(scene, c) for c in scene.acting("contact", body) if not isinstance(c.thing, Itself | Tied)),
-        pairs=tuple(c for c in scene.acting("contact", body) if isinstance(c.thing, Itself | Tied)),
+        contacts=tuple(_touch(scene, contact) for contact in touching if not isinstance(contact.thing, Itself | Tied)),
+        pairs=tuple(contact for contact in touching if isinstance(contact.thing, Itself | Tied)),
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 

@@ -28,10 +28,10 @@ class Itself:
     )
     distance: Annotated[float | None, "m in (0, inf)", "where the barrier begins; by default a thousandth of the size,"
                         " or the least gap"] = None  # fmt: skip
-    stiffness: Annotated[float | None, "Pa in (0, inf)", "of the barrier: a quarter of its pressure at half the distance;"
-                         " by default a tenth of Young's modulus"] = None  # fmt: skip
-    parts: Annotated[int | None, "1 in [1, 16]", "parts of a side of a facet; by default 3, and 4 where facets are curved"
-                     ] = None  # fmt: skip
+    stiffness: Annotated[float | None, "Pa in (0, inf)", "of the barrier: a quarter of its pressure at half the"
+                         " distance; by default a tenth of Young's modulus"] = None  # fmt: skip
+    parts: Annotated[int | None, "1 in [1, 16]", "parts of a side of a facet; by default 3, and 4 of facets with"
+                     " nodes between corners"] = None  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Tied:
     """Glues pieces of `apart(...)` where they lie on each other at the start, whose meshes need not match.
 
     Springs between the two surfaces, integrated over what their facets have in common, which is cut out exactly: a
-    uniform stress goes through as it is. A stress s opens the joint by s / stiffness, which is part of the stated error.
+    uniform stress goes through as it is. A stress s opens the joint by s / stiffness, part of the stated error.
     `force(NAME, along = +z)` is the force on all pieces but the first.
     """
 

@@ -86,6 +86,6 @@ class Assembly:
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """The part of an increment d (dofs,) that can be gone before bodies would pass through each other, at most 1."""
+        """The part of an increment d (dofs,), at most 1, that can be gone before bodies would meet."""
         each = (e for e in (*self.internal, *self.loads) if e.wandering)
         return min((e.limit(x, d) for e in each), default=1.0)  # type: ignore[attr-defined]

@@ -34,19 +34,22 @@ def _near(X: Floats, faces: Ints) -> Ints:
     over = np.all((low[i] <= high[j]) & (low[j] <= high[i]), axis=1)
     pairs = pairs[over]
     shared = (faces[pairs[:, 0]][:, :, None] == faces[pairs[:, 1]][:, None, :]).any(axis=(1, 2))
-    return pairs[~shared]
+    found: Ints = pairs[~shared]
+    return found
 
 
 def _meeting(X: Floats, faces: Ints, pairs: Ints) -> Ints:
     a, b = X[faces[pairs[:, 0]]], X[faces[pairs[:, 1]]]
     d = X.shape[1]
     if d == 2:
-        return pairs[_lines(a, b)]
+        crossed: Ints = pairs[_lines(a, b)]
+        return crossed
     met = np.zeros(len(pairs), dtype=np.bool_)
     for one, other in ((a, b), (b, a)):
         for k in range(3):
             met |= _pierced(one[:, k], one[:, (k + 1) % 3], other)
-    return pairs[met]
+    found: Ints = pairs[met]
+    return found
 
 
 def _lines(a: Floats, b: Floats) -> Any:

@@ -10,6 +10,8 @@ ACM Trans. Graph. 39:49), and steps that end before any of them would meet.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from functools import cached_property
 from typing import Any
 
@@ -189,7 +191,11 @@ class Colliding(Wandering):
     def least(self, x: Floats) -> float:
         """The least distance between any two faces that is below that of the barrier, m; infinite of none."""
         _, guard, _, corners = self._near(x)
-        return self._unit * float(np.sqrt(guard.compute_minimum_distance(self._surface, corners))) if len(guard) else np.inf
+        return (
+            self._unit * float(np.sqrt(guard.compute_minimum_distance(self._surface, corners)))
+            if len(guard)
+            else np.inf
+        )
 
     def value(self, x: Floats) -> float:
         """What the barrier stores, J; infinite where surfaces intersect."""
@@ -208,7 +214,8 @@ class Colliding(Wandering):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces on all nodes, N."""
-        g += scale * (self.skin.M.T @ self.forces(x).ravel())
+        f = self.skin.M.T @ self.forces(x).ravel()
+        g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
         """d2E/dx2, sparse (dofs, dofs), N/m."""
@@ -216,12 +223,14 @@ class Colliding(Wandering):
         psd = toolkit().PSDProjectionMethod
         way = psd.CLAMP if projected else psd.NONE
         M = self.skin.M
-        with _positive(pairs, projected):
+        with (_added if projected else nullcontext)(pairs):
             H = M.T @ (self._potential.hessian(pairs, self._sampled, V, way) @ M)
         if len(guard):
             M = M[: corners.size]
             H = H + M.T @ (self._faint.hessian(guard, self._surface, corners, way) @ M)
-        return H.tocsr() / self._unit**2
+        H = H.tocsr() / self._unit**2
+        H.resize((len(x), len(x)))  # pressures, where there are any, come last
+        return H
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: `matrix` has it all."""
@@ -239,20 +248,16 @@ class Colliding(Wandering):
     def rounding(self, x: Floats) -> float:
         """What the last digits of places leave in its forces, N."""
         size = float(np.abs(self.skin.X).max())
-        return float(np.finfo(np.float64).eps * size * sparse.linalg.norm(self.matrix(x)))
+        return float(np.finfo(np.float64).eps * size * np.linalg.norm(self.matrix(x).data))
 
 
-class _positive:
+@contextmanager
+def _added(pairs: Any) -> Iterator[None]:
     """Pairs without those that are taken away, while a definite matrix is made of them."""
-
-    def __init__(self, pairs: Any, asked: bool) -> None:
-        self.taken = [(i, pairs[i].weight) for i in range(len(pairs)) if pairs[i].weight < 0.0] if asked else []
-        self.pairs = pairs
-
-    def __enter__(self) -> None:
-        for i, _ in self.taken:
-            self.pairs[i].weight = 0.0
-
-    def __exit__(self, *_: object) -> None:
-        for i, weight in self.taken:
-            self.pairs[i].weight = weight
+    weights = [(i, pairs[i].weight) for i in range(len(pairs))]
+    taken = [(i, weight) for i, weight in weights if weight < 0.0]
+    for i, _ in taken:
+        pairs[i].weight = 0.0
+    yield
+    for i, weight in taken:
+        pairs[i].weight = weight

@@ -1,8 +1,8 @@
 """Where facets of one surface lie on those of another whose mesh does not match: polygons cut by polygons, exactly.
 
-Straight facets are triangles; what two triangles have in common is cut out in their plane (Sutherland and Hodgman 1974),
-and every piece has Gauss points, with local coordinates on both facets. Curved ones are cut as the triangles over their
-nodes, and points are carried to the facets themselves along their normals.
+Straight facets are triangles; what two triangles have in common is cut out in their plane (Sutherland and Hodgman
+1974), and every piece has Gauss points, with local coordinates on both facets. Curved ones are cut as the
+triangles over their nodes, and points are carried to the facets themselves along their normals.
 """
 
 from __future__ import annotations

@@ -49,11 +49,11 @@ class Skin:
     @property
     def flat(self) -> bool:
         """Whether it is that of a slice."""
-        return self.X.shape[1] == 2
+        return bool(self.X.shape[1] == 2)
 
     def places(self, x: Floats) -> Floats:
-        """Where its corners and samples are (v, d), m."""
-        found: Floats = self.X + (self.M @ np.asarray(x, dtype=np.float64)).reshape(self.X.shape)
+        """Where its corners and samples are (v, d), m, in a state of which displacements come first."""
+        found: Floats = self.X + (self.M @ np.asarray(x, dtype=np.float64)[: self.M.shape[1]]).reshape(self.X.shape)
         return found
 
     @property
@@ -65,7 +65,9 @@ class Skin:
         return np.unique(both, axis=0)
 
 
-def skin_of(mesh: Mesh, dofs: int, parts: int, where: Ints | None = None, flat: bool = False, depth: float = 0.0) -> Skin:
+def skin_of(
+    mesh: Mesh, dofs: int, parts: int, where: Ints | None = None, flat: bool = False, depth: float = 0.0
+) -> Skin:
     """The skin of a mesh with so many degrees of freedom; samples on facets `where` alone (s,), by their numbers.
 
     Of a slice `flat`; with a `depth`, m, of one through a body of revolution areas are those of whole rings.

@@ -77,4 +77,5 @@ def _springs(mesh: Mesh, common: Overlaps, weights: Floats, which: Ints, pairs: 
     M = np.zeros((pairs, N.shape[1], N.shape[1]))
     np.add.at(M, which, np.einsum("p,pa,pb->pab", weights, N, N))
     k = 3 * N.shape[1]
-    return np.einsum("pab,ij->paibj", M, np.eye(3)).reshape(pairs, k, k)
+    found: Floats = np.einsum("pab,ij->paibj", M, np.eye(3)).reshape(pairs, k, k)
+    return found

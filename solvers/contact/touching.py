@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Touching(Energy):
-    """E = sum_i A_i phi(g(X_i + u_i)) over `nodes` (m,) of a surface at rest at X (m, 3), m, that stand for areas A (m,).
+    """E = sum_i A_i phi(g(X_i + u_i)) over `nodes` (m,) of a surface, at rest at X (m, 3), m, with areas A (m,), m^2.
 
     `posed` says of a share of the load where the rigid body then is; `share` is the present one. Nodes alone keep
     clear: between them a facet may cut a convex body by as much as it is flat. Frictionless; with `flat` the gap is
@@ -37,6 +37,7 @@ class Touching(Energy):
     flat: bool = False
     share: float = 1.0
     conservative: bool = True
+    earlier: Gap | None = None  # the rigid body in the state that is started from
 
     @cached_property
     def stencils(self) -> Ints:
@@ -51,6 +52,27 @@ class Touching(Energy):
     def at(self, share: float) -> Touching:
         """The same at another share of the load."""
         return self if share == self.share else replace(self, share=share)
+
+    def before(self) -> Touching:
+        """The same with the rigid body where it was in the state that is started from; itself where that is unknown."""
+        if (gap := self.earlier) is None:
+            return self
+
+        def stays(share: float) -> Gap:
+            return gap
+
+        return replace(self, posed=stays, earlier=None)
+
+    def towed(self, x: Floats, to: Gap) -> Floats:
+        """How the gradient changes (m, 3), N, to first order, where the body goes `to` a place and the nodes stay."""
+        g, n, _ = self._near(x)
+        moved = to.gap(self.places(x)) - g
+        found: Floats = (self.A * self.barrier.slope(g) * moved)[:, None] * n
+        return found
+
+    def stiffer(self, factor: float) -> Touching:
+        """The same with a barrier so many times as stiff."""
+        return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
 
     def places(self, x: Floats) -> Floats:
         """Where its nodes are (m, 3), m; of a slice in its plane."""

@@ -58,7 +58,7 @@ class Solved:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Forces of every bed and contact at the nodes (n, 3), by name, and what of them is not sure, N. Raises Unchecked."""
+        """What every bed and contact does to the nodes (n, 3), N, and what of it is not sure, N. Raises Unchecked."""
         found, unsure = dict[str, Floats](), 0.0
         if self.case.beds:
             from softmark.interpreter.evidence.bed_check import of_beds

@@ -163,7 +163,9 @@ def touched(carried: Carried, contacts: Mapping[str, Touching]) -> Carried:
     """With what rigid bodies do to a body that touches them."""
     u = carried.u.ravel()
     each = {name: _plain(_force(contact, u)) for name, contact in contacts.items()}
-    return replace(carried, beds=carried.beds | each, touches={n: touch_of(carried, c) for n, c in contacts.items()})
+    return replace(
+        carried, beds={**carried.beds, **each}, touches={n: touch_of(carried, c) for n, c in contacts.items()}
+    )
 
 
 def touch_of(carried: Carried, contact: Touching) -> Touch:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.interpreter.problem.case import Case, Touch, fault
 from softmark.interpreter.problem.parts.surface import loaded
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
+Bools = NDArray[np.bool_]
 THIN = 1e-5  # of the size of a body: where the barrier begins
 BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 ACROSS = 1e-9  # of a slice: facets that are thinner along z lie in its faces
@@ -50,7 +52,10 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
         shift = shift + share * np.array(support.thing.displacement) * held
         if support.thing.turns:
             rotation, about = share * np.array(support.thing.rotation), np.array(support.thing.through)
-    return Pose(shift, rotation, about) if shift.any() or rotation.any() else None
+    if not (shift.any() or rotation.any()):
+        return None
+    (a, b, c), (p, q, r), (x, y, z) = shift.tolist(), rotation.tolist(), about.tolist()
+    return Pose((a, b, c), (p, q, r), (x, y, z))
 
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
@@ -109,11 +114,11 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> tuple[Ints, Floats]:
     return node_areas(mesh.points, facets, mesh.element.facet.triangles, case.depth)
 
 
-def _held(case: Case, mesh: Mesh) -> Floats:
+def _held(case: Case, mesh: Mesh) -> Bools:
     """Which nodes (n,) named supports hold: a facet all of whose nodes are held touches nothing."""
     from softmark.interpreter.models.shared.holding import selected
 
-    found = np.zeros(len(mesh.points), dtype=np.bool_)
+    found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)
     for support in case.named_supports:
         found |= selected(case, support, mesh)
     return found

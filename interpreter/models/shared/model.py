@@ -159,6 +159,10 @@ class Model:
                 yield diagnostic("E413", plate.at(), f"`{plate.name}` has no mass to move with, and the analysis is"
                                  " dynamic", "not in motion", "use it at rest or with `quasistatic(...)`, or move the"
                                  " face by `displaced(...)`")  # fmt: skip
+        if case.pairs:
+            from softmark.interpreter.models.shared import pair_limits
+
+            yield from pair_limits.refusals(self, declared, case)
         yield from self.turns(declared, case)
         yield from self.forgets(declared, case)
 

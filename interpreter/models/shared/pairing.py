@@ -62,7 +62,7 @@ def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
 
 
 def _gap(pair: Declared, made: Colliding, mesh: Mesh) -> float:
-    """How far surfaces are apart at the start, m, where that is less than the distance. Raises Fault where they meet."""
+    """How far surfaces are apart at the start, m, at most the distance. Raises Fault where they meet."""
     rest = np.zeros(mesh.points.size)
     found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
     if found > CLOSE * mesh.extent:
@@ -96,9 +96,7 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
     piece = of[mesh.facets[which, 0]]
     stiffness = said.stiffness or STIFF * young(case) / mesh.extent
     reach = said.reach or REACH * mesh.extent
-    each = [
-        tied(mesh, which[piece == a], which[piece > a], stiffness, reach, case.depth) for a in range(int(of.max()))
-    ]
+    each = [tied(mesh, which[piece == a], which[piece > a], stiffness, reach, case.depth) for a in range(int(of.max()))]
     each = [made for made in each if len(made.nodes)]
     if not each:
         raise fault(
@@ -119,7 +117,7 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
 
 
 def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
-    """Numbers of the facets of the mesh that a condition selects, of a slice of those that are its edge. Raises Fault."""
+    """Numbers of the facets of the mesh that a condition selects, of a slice those of its edge. Raises Fault."""
     from softmark.interpreter.problem.parts.surface import loaded
 
     rows = loaded(case.shape, mesh, pair.thing.where).touched
@@ -137,4 +135,3 @@ def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
             "the condition must hold on a part of the surface of the body",
         )
     return found
-
