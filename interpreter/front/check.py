@@ -404,6 +404,14 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from unresolved(scene)
 
 
+def _impacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Contacts in a motion: nothing is imported for scenes without any."""
+    if scene.of_kind("contact"):
+        from softmark.interpreter.front import impacts
+
+        yield from impacts.faults(scene)
+
+
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
     body: str | None = scene.declared[metric].thing.body_in(scene)
@@ -462,7 +470,7 @@ Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
-    _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
+    _fluid, _comparisons, _curves, _courses, _impacts, _published, _expectations, _use,
 )  # fmt: skip
 
 

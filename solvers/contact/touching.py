@@ -36,6 +36,7 @@ class Touching(Energy):
     posed: Callable[[float], Gap]
     flat: bool = False
     share: float = 1.0
+    facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
     conservative: bool = True
     earlier: Gap | None = None  # the rigid body in the state that is started from
 
@@ -63,12 +64,15 @@ class Touching(Energy):
 
         return replace(self, posed=stays, earlier=None)
 
-    def towed(self, x: Floats, to: Gap) -> Floats:
-        """How the gradient changes (m, 3), N, to first order, where the body goes `to` a place and the nodes stay."""
+    def add_towed(self, x: Floats, to: Gap, change: Floats) -> None:
+        """Add how the gradient changes (dofs,), N, to first order, where the body goes `to` a place and nodes stay."""
         g, n, _ = self._near(x)
         moved = to.gap(self.places(x)) - g
-        found: Floats = (self.A * self.barrier.slope(g) * moved)[:, None] * n
-        return found
+        self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
+
+    def spread(self, push: Floats, g: Floats) -> None:
+        """Add forces on its points (m, 3), N, to those on degrees of freedom (dofs,)."""
+        np.add.at(g, self.stencils, push)
 
     def stiffer(self, factor: float) -> Touching:
         """The same with a barrier so many times as stiff."""
@@ -107,7 +111,7 @@ class Touching(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces, N."""
-        np.add.at(g, self.stencils, -scale * self.forces(x))
+        self.spread(-scale * self.forces(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """A (phi'' n n + phi' H): the second part is not definite, and is left out where the first is to be alone."""

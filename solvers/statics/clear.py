@@ -49,7 +49,7 @@ def approach(assembly: Any, x: Any, load: float, to: float) -> Any:
     found = np.zeros(assembly.dofs)
     for energy in assembly.loads:
         if energy.driven:
-            found[energy.stencils] += energy.at(load).towed(x, energy.at(to).body)
+            energy.at(load).add_towed(x, energy.at(to).body, found)
     return found
 
 
@@ -66,7 +66,7 @@ def begun(problem: Statics, x: Any) -> Any:
     there, free = problem.assembly.acting(problem.assembly.internal, loads), problem.assembly.free
     change, d = np.zeros(there.dofs), np.zeros(there.dofs)
     for energy in each:
-        change[energy.stencils] += energy.before().towed(x, energy.body)
+        energy.before().add_towed(x, energy.body, change)
     try:
         d[free] = -factor(there.tangent(x, 1.0), symmetric=there.conservative).solve(change[free])
     except Singular:

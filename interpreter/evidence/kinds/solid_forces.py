@@ -67,9 +67,10 @@ class Solved:
         if self.case.contacts:
             from softmark.interpreter.evidence.contact_check import of_contacts
 
-            found = found | of_contacts(self.case, self.mesh, self.u)
+            touched, left = of_contacts(self.case, self.mesh, self.u)
+            found, unsure = found | touched, unsure + left
         if self.case.pairs:
-            from softmark.interpreter.evidence.contact_check import of_pairs
+            from softmark.interpreter.evidence.pair_check import of_pairs
 
             found = found | of_pairs(self.case, self.mesh, self.u)
         return found, unsure

@@ -176,14 +176,14 @@ class PreparedSolid(OnMesh):
         notes = (*notes, *outside.passing(self.declared, facts))
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        moved = self._deformed(u, found.x, left)
+        stiffer = found.facts.get("stiffened", 1.0)
+        moved = replace(self._deformed(u, found.x, left), stiffer=stiffer)
         modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        stiffer = found.facts.get("stiffened", 1.0)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, stiffer)))
 
     def mass(self) -> Any:
@@ -196,7 +196,7 @@ class PreparedSolid(OnMesh):
         beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return carried.touched(found, beside) if beside else found
+        return carried.touched(found, beside, self.pieces[0].case) if beside else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

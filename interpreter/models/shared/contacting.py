@@ -17,7 +17,7 @@ from softmark.solvers.contact.touching import Touching, node_areas
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
-    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.energies.energy import Ints
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
@@ -68,22 +68,39 @@ def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
-    nodes, areas = _surface(case, touch, mesh)
-    barrier = barrier_of(case, touch, mesh)
-    made = Touching(nodes, mesh.points[nodes], areas, barrier, Moving(gap, touch), bool(case.planar))
+    facets = _surface(case, touch, mesh)
+    split = mesh.element.facet.triangles
+    nodes, areas = node_areas(mesh.points, facets, split, case.depth)
+    barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
+    triangles = facets[:, np.array(split)].reshape(-1, 3)
+    if (parts := finer(gap, mesh.points[triangles])) > 1 and not (touch.thing.friction or case.planar):
+        from softmark.solvers.contact.inner import inner
+
+        made = inner(made, mesh.points, triangles, parts, case.depth)
     _must_be_apart(case, touch, made)
     return made
 
 
+def finer(gap: Gap | None, corners: Floats) -> int:
+    """Into how many parts edges of triangles with those corners (t, 3, 3), m, are split to meet what is sharper."""
+    from softmark.solvers.contact.inner import MOST
+
+    longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    sharpest = np.inf if gap is None else gap.sharpest
+    return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
+
+
 def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
     """Raises Fault where a rigid body overlaps the body before anything has moved."""
-    g = made.at(0.0).gaps(np.zeros(3 * (int(made.nodes.max()) + 1)))
+    rest, start = np.zeros(3 * (int(made.nodes.max()) + 1)), made.at(0.0)
+    g = start.gaps(rest)
     deepest = int(g.argmin())
     if g[deepest] > -made.barrier.distance:
         return
     from softmark.interpreter.language import units
 
-    at = units.show_all(made.X[deepest].tolist(), units.LENGTH)
+    at = units.show_all(start.places(rest)[deepest].tolist(), units.LENGTH)
     deep = units.show(float(-g[deepest]), units.LENGTH)
     raise fault(
         "E611",
@@ -94,8 +111,13 @@ def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
     )
 
 
-def _surface(case: Case, touch: Touch, mesh: Mesh) -> tuple[Ints, Floats]:
-    """Nodes of the surface that may touch (m,), and the areas that they stand for (m,), m^2. Raises Fault if none."""
+def plane_modulus(case: Case) -> float:
+    """E / (1 - nu^2) of the stiffest material of a body, Pa: how its surface resists what presses on it."""
+    return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
+
+
+def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
+    """The facets that may touch (k, a). Raises Fault if there are none."""
     facets = loaded(case.shape, mesh, touch.thing.where).touched
     facets = np.unique(facets, axis=0)
     if case.planar and len(facets):
@@ -111,7 +133,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> tuple[Ints, Floats]:
             "selects nothing",
             "the condition must hold on a part of the surface that no support holds",
         )
-    return node_areas(mesh.points, facets, mesh.element.facet.triangles, case.depth)
+    return facets
 
 
 def _held(case: Case, mesh: Mesh) -> Bools:
