@@ -476,7 +476,17 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _touching, _plane, _symmetric, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (
+    _one_analysis,
+    _shapes,
+    _touching,
+    _plane,
+    _symmetric,
+    _selections,
+    _places,
+    _meshes,
+    _lints,
+)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
     _fluid, _comparisons, _curves, _courses, _impacts, _published, _expectations, _use,
