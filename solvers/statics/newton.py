@@ -66,7 +66,8 @@ class Newton:
         """Move the supports by the last fraction of their way to a load, and the body as its tangent says."""
         if not self.problem.moves:
             return x
-        return self._moved(x, self._following(x, self.problem.imposed(load - fraction, load), load, True), 1.0)
+        d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
+        return self._moved(x, self._clear(x, d), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
         """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
@@ -85,12 +86,18 @@ class Newton:
         """
         self._promised = None
         d = self._following(x, moved, load, False, to)
-        y = self._moved(x, d, 1.0)
+        y = self._moved(x, self._clear(x, d), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
         if self.cellular:
             self._promised = self.mixing.promised(self.assembly, x, d)
         return y
+
+    def _clear(self, x: Floats, d: Floats) -> Floats:
+        """A motion d, if nothing meets on the way. Raises NotConverged."""
+        if self.assembly.limit(x, d) < 1.0:
+            raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
+        return d
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
         """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
@@ -171,7 +178,7 @@ class Newton:
             self._last_residual = residual
 
     def _inside(self, x: Floats, d: Floats) -> tuple[Floats, float]:
-        length = 1.0
+        length = self.assembly.limit(x, d)
         while length > 1e-3:
             y = self._part(x, d, length)
             if np.isfinite(self.strain(y)):
@@ -288,7 +295,7 @@ class Newton:
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
         """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
-        length = 1.0 if np.isfinite(slope) and slope < 0 else 0.0
+        length = self.assembly.limit(x, d) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
             if merit(self._part(x, d, length), load) <= enough:

@@ -172,7 +172,8 @@ class PreparedSolid(OnMesh):
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
-        facts = solution.facts | mesh_facts(self.mesh)
+        facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
+        notes = (*notes, *outside.passing(self.declared, facts))
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         stiffer = found.facts.get("stiffened", 1.0)
@@ -310,7 +311,7 @@ def at_rest(
         None if twins is None else assembly.with_internal([*twins, *beds.values()]),
         unknowns.of_displacements(soundness(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
-        convex=model.strain == "small" and assembly.conservative and not contacts,
+        convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
@@ -327,10 +328,8 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    made = PreparedSolid(
-        *known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0, muscles=(*tensions,),
-        contacts=contacts,
-    )  # fmt: skip
+    made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0,
+                         muscles=(*tensions,), contacts=contacts)  # fmt: skip
     return made, parts
 
 

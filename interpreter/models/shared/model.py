@@ -164,6 +164,10 @@ class Model:
             from softmark.interpreter.models.shared import touched
 
             yield from touched.refusals(self, declared, case)
+        if case.pairs:
+            from softmark.interpreter.models.shared import pair_limits
+
+            yield from pair_limits.refusals(self, declared, case)
         yield from self.turns(declared, case)
         yield from self.forgets(declared, case)
 
