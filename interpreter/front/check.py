@@ -102,13 +102,6 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                              "deform is `rigid(...)`, without a material")  # fmt: skip
 
 
-def _touching(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    if scene.of_kind("contact") or scene.of_kind("rigid"):
-        from softmark.interpreter.front import contacts
-
-        yield from contacts.faults(scene)
-
-
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Plane regions and plane bodies, and what acts across their plane."""
     yield from plane.shapes(scene)
@@ -413,12 +406,11 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from unresolved(scene)
 
 
-def _impacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Contacts in a motion: nothing is imported for scenes without any."""
-    if scene.of_kind("contact"):
-        from softmark.interpreter.front import impacts
+def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.front import contacts, impacts
 
-        yield from impacts.faults(scene)
+        yield from (*contacts.faults(scene), *impacts.faults(scene))
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
@@ -489,7 +481,7 @@ LOCAL: tuple[Check, ...] = (
 )
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
-    _fluid, _comparisons, _curves, _courses, _impacts, _published, _expectations, _use,
+    _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
 )  # fmt: skip
 
 

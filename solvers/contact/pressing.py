@@ -170,10 +170,3 @@ class Pressing:
             c = c - (a * c**3 + b * c - h) / (3.0 * a * c * c + b)
         found: Floats = np.clip(a * c**3 / h, 0.0, 1.0)
         return found
-
-    @cached_property
-    def left(self) -> float:
-        """The mean gap where something presses, by the forces, m."""
-        whole = float(self.f.sum())
-        on = self.f > 0.0
-        return float(self.f[on] @ self.g[on]) / whole if whole > 0.0 else 0.0

@@ -26,8 +26,8 @@ def refusals(model: Model, declared: Declared, case: Case) -> Iterator[Diagnosti
         return
     for field, only in LEVERS.items():
         if getattr(model, field, only) != only:
-            yield diagnostic("E651", declared.at(field), f"`{declared.name}` solves states with contact to the end, from rest,"
-                             " in double precision", f"not with the contact `{touch.name}`",
+            yield diagnostic("E651", declared.at(field), f"`{declared.name}` solves states with contact to the end,"
+                             " from rest, in double precision", f"not with the contact `{touch.name}`",
                              f"leave `{field}` out")  # fmt: skip
     if isinstance(case.analysis, Dynamic):
         return
