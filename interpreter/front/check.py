@@ -102,6 +102,13 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                              "deform is `rigid(...)`, without a material")  # fmt: skip
 
 
+def _touching(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.front import contacts
+
+        yield from contacts.faults(scene)
+
+
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Plane regions and plane bodies, and what acts across their plane."""
     yield from plane.shapes(scene)
@@ -211,6 +218,8 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    if any(_blamed(contact, found) for contact in scene.of_kind("contact").values()):
+        return  # of which it is not known what they would do
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
@@ -467,7 +476,17 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (
+    _one_analysis,
+    _shapes,
+    _touching,
+    _plane,
+    _symmetric,
+    _selections,
+    _places,
+    _meshes,
+    _lints,
+)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
     _fluid, _comparisons, _curves, _courses, _impacts, _published, _expectations, _use,

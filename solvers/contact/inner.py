@@ -55,10 +55,13 @@ class Inner(Touching):
         found: Floats = -g[3 * self.nodes[:, None] + np.arange(3)]
         return found
 
+    def spread(self, push: Floats, g: Floats) -> None:
+        """Add forces on its points (p, 3), N, to those on degrees of freedom (dofs,), by their shares."""
+        np.add.at(g, self.stencils, (self.shares[:, :, None] * push[:, None, :]).reshape(-1, 9))
+
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces, N."""
-        f = (self.shares[:, :, None] * self.pushes(x)[:, None, :]).reshape(-1, 9)
-        np.add.at(g, self.stencils, -scale * f)
+        self.spread(-scale * self.pushes(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """N_a N_b A (phi'' n n + phi' H), of points that are near alone."""

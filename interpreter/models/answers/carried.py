@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
-PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 
 
 @dataclass(frozen=True)
@@ -150,25 +149,23 @@ def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
     """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
-    each = {name: _plain(_force(bed, u)) for name, bed in beds.items()}
+    each = {name: _plain(counted(bed, _force(bed, u))) for name, bed in beds.items()}
     return replace(carried, energy=carried.energy - stored, beds=each)
 
 
-def touched(carried: Carried, contacts: Mapping[str, Touching]) -> Carried:
+def counted(bed: Energy, forces: Floats) -> Floats:
+    """Those of its forces (n, 3), N, that are told: between pieces of a body the force on all but the first."""
+    return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
+
+
+def touched(carried: Carried, contacts: Mapping[str, Touching], case: Case) -> Carried:
     """With what rigid bodies do to a body that touches them."""
+    from softmark.interpreter.models.answers.touch import touch_of
+
     u = carried.u.ravel()
     each = {name: _plain(_force(contact, u)) for name, contact in contacts.items()}
-    return replace(
-        carried, beds={**carried.beds, **each}, touches={n: touch_of(carried, c) for n, c in contacts.items()}
-    )
-
-
-def touch_of(carried: Carried, contact: Touching) -> Touch:
-    """What a contact comes to in a state."""
-    u = carried.u.ravel()
-    g, p = contact.gaps(u), contact.pressures(u)
-    pressed = p > PRESSED * p.max(initial=0.0)
-    return Touch(float(contact.A[pressed].sum()), float(p.max(initial=0.0)), float(g.min()))
+    touches = {name: touch_of(case, contact, carried.X, carried.x, u) for name, contact in contacts.items()}
+    return replace(carried, beds={**carried.beds, **each}, touches=touches)
 
 
 def _force(load: Energy, u: Floats) -> Floats:

@@ -71,8 +71,8 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     facets = _surface(case, touch, mesh)
     split = mesh.element.facet.triangles
     nodes, areas = node_areas(mesh.points, facets, split, case.depth)
-    barrier = barrier_of(case, touch, mesh)
-    made = Touching(nodes, mesh.points[nodes], areas, barrier, Moving(gap, touch), bool(case.planar))
+    barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
     triangles = facets[:, np.array(split)].reshape(-1, 3)
     if (parts := finer(gap, mesh.points[triangles])) > 1 and not (touch.thing.friction or case.planar):
         from softmark.solvers.contact.inner import inner
@@ -82,12 +82,13 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     return made
 
 
-def finer(gap: Gap, corners: Floats) -> int:
+def finer(gap: Gap | None, corners: Floats) -> int:
     """Into how many parts edges of triangles with those corners (t, 3, 3), m, are split to meet what is sharper."""
     from softmark.solvers.contact.inner import MOST
 
     longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
-    return int(np.clip(np.ceil(longest / max(gap.sharpest, longest / MOST)), 1, MOST))
+    sharpest = np.inf if gap is None else gap.sharpest
+    return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
 
 
 def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
@@ -108,6 +109,11 @@ def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
         "overlap at the start",
         "move it away, so that it touches at most, and let a support bring it: `displaced(..., by = ...)`",
     )
+
+
+def plane_modulus(case: Case) -> float:
+    """E / (1 - nu^2) of the stiffest material of a body, Pa: how its surface resists what presses on it."""
+    return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
 
 
 def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:

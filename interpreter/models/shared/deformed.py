@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import field
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.gaps.gap import Gap
 
 
 @dataclass(frozen=True)
@@ -57,3 +62,5 @@ class Deformed(Meshed):
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
     left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
+    beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
+    stiffer: float = 1.0  # times what was begun with were the barriers before them

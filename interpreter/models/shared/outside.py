@@ -2,22 +2,57 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language.messages import diagnostic
 
 if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.fem.build import PreparedSolid
+    from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.touching import Touching
-    from softmark.solvers.energies.bedding import Bedding
+    from softmark.solvers.energies.energy import Floats
     from softmark.solvers.mesh.mesh import Mesh
 
 
-def beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
-    """The springs that it lies on, by name. Raises Fault."""
-    if not case.beds:
-        return {}
-    from softmark.interpreter.models.shared.bedding import beds_on
+def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
+    """The springs that it lies on, ties of its pieces and what keeps it clear of itself, by name. Raises Fault."""
+    found: dict[str, Any] = {}
+    if case.beds:
+        from softmark.interpreter.models.shared.bedding import beds_on
 
-    return beds_on(case, mesh)
+        found |= beds_on(case, mesh)
+    if case.pairs:
+        from softmark.interpreter.models.shared.pairing import pairs_on
+
+        found |= pairs_on(case, mesh)
+    return found
+
+
+def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
+    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
+    found = {}
+    for name, bed in beds.items():
+        if bed.wandering:
+            from softmark.solvers.checks.crossings import crossings as passing
+
+            found[name] = len(passing(bed.skin.places(x)[: bed.skin.corners], bed.skin.faces))
+    return {"crossings": found} if found else {}
+
+
+def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning of every contact whose surfaces pass through each other."""
+    for name, count in facts.get("crossings", {}).items():
+        if count:
+            yield diagnostic("W630", declared.at(),
+                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
+                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip
 
 
 def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
@@ -27,3 +62,29 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     from softmark.interpreter.models.shared.contacting import contacts_on
 
     return contacts_on(case, mesh)
+
+
+def as_stiff(
+    contacts: Mapping[str, Touching], assembly: Assembly, factor: float
+) -> tuple[Mapping[str, Touching], Assembly]:
+    """Contacts, which are the last of the loads, and the assembly, with barriers so many times as stiff."""
+    if factor == 1.0 or not contacts:
+        return contacts, assembly
+    stiffer = {name: contact.stiffer(factor) for name, contact in contacts.items()}
+    loads = [*assembly.loads[: -len(stiffer)], *stiffer.values()]
+    return stiffer, assembly.acting(assembly.internal, loads)
+
+
+def resumed(made: PreparedSolid, before: Moved) -> PreparedSolid:
+    """The same, whose contacts know where their rigid bodies were in the state before."""
+    if not before.beside:
+        return made
+    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in made.contacts.items()}
+    loads = [*made.problem.assembly.loads[: -len(contacts)], *contacts.values()]
+    assembly = made.problem.assembly.acting(made.problem.assembly.internal, loads)
+    return replace(made, problem=replace(made.problem, assembly=assembly), contacts=contacts)
+
+
+def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:
+    """The rigid bodies where they are, by contact."""
+    return {name: contact.body for name, contact in contacts.items()}

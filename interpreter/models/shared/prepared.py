@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Stresses
@@ -70,6 +71,10 @@ class Moved(Protocol):
     @property
     def left(self) -> Floats | None:
         """The Newton step that would come next (n, 3), m, where it is known."""
+
+    @property
+    def beside(self) -> Mapping[str, Gap]:
+        """Rigid bodies where they are, by the name of the contact."""
 
 
 @dataclass(frozen=True)

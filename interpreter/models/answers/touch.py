@@ -1,0 +1,69 @@
+"""What a contact comes to in a state, and what presses where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.shared.contacting import plane_modulus
+from softmark.interpreter.results.reactions import Touch
+from softmark.records import dataclass
+from softmark.solvers.contact.pressing import Pressing
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.loads import Vector
+    from softmark.solvers.contact.touching import Touching
+
+SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
+ON = 1e-3  # of the extent of the surface: a point that is farther from it is not on it
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A surface at rest at X (n, 3), m, and what presses on it; `may` are the nodes (m,) that may touch."""
+
+    X: Floats
+    may: Ints
+    pressing: Pressing
+
+    @cached_property
+    def at_nodes(self) -> Mapping[str, Floats]:
+        """`pressure`, Pa, and `gap`, m, at all nodes (n,)."""
+        own = np.full(len(self.X), np.nan)
+        own[self.may] = self.pressing.g[self.may]
+        return {"pressure": self.pressing.pressures, "gap": own}
+
+    def pressure(self, point: Vector) -> float | None:
+        """At a material point, m: Pa, linear on triangles. None where it is not on the surface."""
+        from softmark.solvers.contact.gaps.boxes import Boxes
+
+        split = np.array(self.pressing.plain.halves)
+        triangles = self.pressing.corners[:, split].reshape(-1, 3)
+        X = self.X[triangles]
+        (nearest,), (share,) = Boxes(X).closest(np.array([point]))
+        far = float(np.linalg.norm(share @ X[nearest] - np.array(point)))
+        if far > ON * float(np.linalg.norm(np.ptp(X.reshape(-1, 3), axis=0))):
+            return None
+        return float(share @ self.pressing.pressures[triangles[nearest]])
+
+
+def _alike(X: Floats) -> Ints:
+    """A number for each node (n,) of a slice, the same for all at one place in its plane."""
+    size = float(np.ptp(X, axis=0).max())
+    found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    return found
+
+
+def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> Touch:
+    """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
+    f, g = np.zeros(len(X)), np.full(len(X), np.inf)
+    g[contact.nodes] = contact.gaps(u)
+    f[contact.nodes] = contact.A * contact.pressures(u)
+    assert contact.facets is not None
+    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, _alike(X) if case.planar else None)
+    return Touch(own.area, own.largest, float(g.min()), own.left, Surface(X, contact.nodes, own))
