@@ -471,7 +471,7 @@ Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (
     _one_analysis,
     _shapes,
-    _touching,
+    _contacts,
     _plane,
     _symmetric,
     _selections,

@@ -91,9 +91,10 @@ class Pressing:
     def pressures(self) -> Floats:
         """At all nodes (n,), Pa: positive where something presses, and zero elsewhere."""
         F = self._forces
-        area = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F))
+        area: Floats = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F)).astype(np.float64)
         if self.alike is not None:
-            F, area = (np.bincount(self.alike, each)[self.alike] for each in (F, area))
+            F = np.bincount(self.alike, F).astype(np.float64)[self.alike]
+            area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
         for i, ends in enumerate(self._facet.between):
