@@ -40,7 +40,7 @@ ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
     """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
-    found, unsure = {}, 0.0
+    found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
         if touch.thing.friction:
             raise Unchecked("there is no other formula for friction")
@@ -126,7 +126,8 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
     named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
-    return facets[~named[facets].all(axis=1)]
+    free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
+    return free
 
 
 # ------------------------------------------------------------------ rigid bodies

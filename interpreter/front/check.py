@@ -211,6 +211,8 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    if any(_blamed(contact, found) for contact in scene.of_kind("contact").values()):
+        return  # of which it is not known what they would do
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
@@ -404,12 +406,11 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from unresolved(scene)
 
 
-def _impacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Contacts in a motion: nothing is imported for scenes without any."""
-    if scene.of_kind("contact"):
-        from softmark.interpreter.front import impacts
+def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.front import contacts, impacts
 
-        yield from impacts.faults(scene)
+        yield from (*contacts.faults(scene), *impacts.faults(scene))
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
@@ -467,10 +468,20 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (
+    _one_analysis,
+    _shapes,
+    _contacts,
+    _plane,
+    _symmetric,
+    _selections,
+    _places,
+    _meshes,
+    _lints,
+)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
-    _fluid, _comparisons, _curves, _courses, _impacts, _published, _expectations, _use,
+    _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
 )  # fmt: skip
 
 

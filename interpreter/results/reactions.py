@@ -77,6 +77,22 @@ class Touch(Plain):
         return {"area": self.area, "pressure": self.pressure, "gap": self.gap, "left": self.left}
 
 
+@dataclass(frozen=True)
+class Touched(Plain):
+    """What a report says of a contact: what it comes to, and its force and moment on the body that deforms.
+
+    `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known.
+    """
+
+    touch: Touch
+    reaction: Reaction
+    overlap: float | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """Of all three."""
+        return {**self.touch.entries(), "overlap": self.overlap, **self.reaction.entries()}
+
+
 class Pressed(Protocol):
     """The surface of a body that something may press on."""
 

@@ -65,8 +65,18 @@ def wedged(kind: Cell) -> bool:
 
 def _monomials(kind: Cell, xi: Floats) -> Floats:
     """xi^p eta^q zeta^r of the element's polynomials (q, a)."""
-    found: Floats = np.prod(xi[:, None, :] ** np.array(_known(kind).monomials), axis=2)
-    return found
+    return _products(xi, np.array(_known(kind).monomials))
+
+
+def _products(xi: Floats, powers: Any) -> Floats:
+    """xi^p eta^q zeta^r (q, a) at local points xi (q, d), of powers (a, d)."""
+    raised = [np.ones_like(xi)]
+    for _ in range(int(powers.max(initial=0))):
+        raised.append(raised[-1] * xi)
+    tower, found = np.stack(raised), np.ones((len(powers), len(xi)))
+    for axis in range(xi.shape[1]):
+        found = found * tower[powers[:, axis], :, axis]
+    return found.T
 
 
 @cache
@@ -87,7 +97,7 @@ def slope(kind: Cell, xi: Floats) -> Floats:
     for axis in range(xi.shape[1]):
         lower = powers.copy()
         lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
-        columns.append(powers[:, axis] * np.prod(xi[:, None, :] ** lower, axis=2) @ _coefficients(kind))
+        columns.append(powers[:, axis] * _products(xi, lower) @ _coefficients(kind))
     return np.stack(columns, axis=2)
 
 
@@ -434,10 +444,10 @@ def part_forces(
     """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
-    t = np.einsum("pai,paj->jpi", x, slope(kind, xi))
+    t = x.swapaxes(1, 2) @ slope(kind, xi)  # (p, 3, 2)
     if depth:
         w = w * (2.0 * np.pi / depth * (points[facets][:, :, 0] * shape(kind, xi)).sum(axis=1))
-    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[0], t[1]))[:, None]
+    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[..., 0], t[..., 1]))[:, None]
     for i in range(3):
         found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
     return found

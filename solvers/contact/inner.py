@@ -59,6 +59,12 @@ class Inner(Touching):
         """Add forces on its points (p, 3), N, to those on degrees of freedom (dofs,), by their shares."""
         np.add.at(g, self.stencils, (self.shares[:, :, None] * push[:, None, :]).reshape(-1, 9))
 
+    def presses(self, x: Floats, nodes: int) -> Floats:
+        """How hard it presses at all nodes (nodes,), N: on each point, by its shares."""
+        found = np.zeros(nodes)
+        np.add.at(found, self.corners, self.shares * (self.A * self.pressures(x))[:, None])
+        return found
+
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces, N."""
         self.spread(-scale * self.pushes(x), g)

@@ -93,7 +93,8 @@ class Pressing:
         F = self._forces
         area = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F))
         if self.alike is not None:
-            F, area = (np.bincount(self.alike, each)[self.alike] for each in (F, area))
+            F = np.bincount(self.alike, F).astype(np.float64)[self.alike]
+            area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
         for i, ends in enumerate(self._facet.between):
@@ -169,10 +170,3 @@ class Pressing:
             c = c - (a * c**3 + b * c - h) / (3.0 * a * c * c + b)
         found: Floats = np.clip(a * c**3 / h, 0.0, 1.0)
         return found
-
-    @cached_property
-    def left(self) -> float:
-        """The mean gap where something presses, by the forces, m."""
-        whole = float(self.f.sum())
-        on = self.f > 0.0
-        return float(self.f[on] @ self.g[on]) / whole if whole > 0.0 else 0.0

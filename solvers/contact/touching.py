@@ -109,6 +109,12 @@ class Touching(Energy):
         """What the barrier stores, J."""
         return float(self.A @ self.barrier.energy(self.gaps(x)))
 
+    def presses(self, x: Floats, nodes: int) -> Floats:
+        """How hard it presses at all nodes (nodes,), N: without what rubs, and of any direction."""
+        found = np.zeros(nodes)
+        found[self.nodes] = self.A * self.pressures(x)
+        return found
+
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces, N."""
         self.spread(-scale * self.forces(x), g)

@@ -24,6 +24,7 @@ PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 SHOWN = re.compile(r"(?:error|warning)\[([EW]\d{3})\]: |\"code\": \"([EW]\d{3})\"")
 COMMAND = re.compile(r"# \$ dsl (.+)")
+LONG = {"W354", "W372"}  # facets and borders of curved bodies: seconds each
 
 
 def codes_of(text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
@@ -53,7 +54,10 @@ def without_data(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("softmark.references.data._copy", lambda *arguments: "no network")
 
 
-@pytest.mark.parametrize("page", pages().values(), ids=lambda p: p.code)
+SOME = [pytest.param(p, marks=[pytest.mark.slow] * (p.code in LONG), id=p.code) for p in pages().values()]
+
+
+@pytest.mark.parametrize("page", SOME)
 def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     if page.code == "E405":
         monkeypatch.setattr("softmark.grammar.print.format_source", _refuse)

@@ -17,7 +17,7 @@ from softmark.solvers.contact.touching import Touching, node_areas
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
-    from softmark.solvers.energies.energy import Ints
+    from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
