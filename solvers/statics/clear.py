@@ -71,4 +71,4 @@ def begun(problem: Statics, x: Any) -> Any:
         d[free] = -factor(there.tangent(x, 1.0), symmetric=there.conservative).solve(change[free])
     except Singular:
         return x
-    return x + d
+    return x + there.limit(x, d) * d  # no farther than to where surfaces would meet

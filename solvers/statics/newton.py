@@ -94,10 +94,11 @@ class Newton:
         return y
 
     def _clear(self, x: Floats, d: Floats) -> Floats:
-        """A motion d, if nothing meets on the way. Raises NotConverged."""
-        if self.assembly.limit(x, d) < 1.0:
+        """A motion d, or what of it leads to where nothing meets. Raises NotConverged where supports move so far."""
+        limit = self.assembly.limit(x, d)
+        if limit < 1.0 and np.any(d[self.problem.fixed]):
             raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
-        return d
+        return d if limit == 1.0 else limit * d
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
         """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
