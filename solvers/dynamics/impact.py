@@ -42,6 +42,7 @@ class Impact:
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
+        self._shares: tuple[float, ...] = ()
 
     def at(self, time: float) -> Touches:
         """All of them with the rigid bodies where they are at a time, s."""
@@ -60,7 +61,9 @@ class Impact:
         """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
         here = self.at(motion.time)
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
-        self.log.append(Seen(motion.time, touches, momentum / mass))
+        shares = tuple(c.share for c in here.posed)
+        driven, self._shares = bool(self.log) and shares != self._shares, shares
+        self.log.append(Seen(motion.time, touches, momentum / mass, driven))
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -89,6 +92,7 @@ class Seen:
     time: float
     touches: bool
     velocity: Floats
+    driven: bool = False  # rigid bodies have moved since the step before
 
 
 @dataclass(frozen=True)
@@ -99,13 +103,14 @@ class Bounce:
     end: float
     before: Floats
     after: Floats
+    driven: bool = False  # the rigid bodies that it met were on their way
 
     @property
-    def restitution(self) -> float:
-        """Speed after over speed before, both along the impulse."""
+    def restitution(self) -> float | None:
+        """Speed after over before, both along the impulse; None where the rigid body moved, or the body did not."""
         n = self.after - self.before
         brought = -float(n @ self.before)
-        return float(n @ self.after) / brought if brought > 0.0 else 0.0
+        return None if self.driven or brought <= 0.0 else float(n @ self.after) / brought
 
 
 def bounces(log: Sequence[Seen]) -> list[Bounce]:
@@ -124,7 +129,13 @@ def bounces(log: Sequence[Seen]) -> list[Bounce]:
         else:
             runs.append([i, i])
     return [
-        Bounce(times[a - 1], times[b + 1], log[a - 1].velocity, log[b + 1].velocity)
+        Bounce(
+            times[a - 1],
+            times[b + 1],
+            log[a - 1].velocity,
+            log[b + 1].velocity,
+            any(seen.driven for seen in log[a : b + 2]),
+        )
         for a, b in runs
         if a and b + 1 < len(log)
     ]

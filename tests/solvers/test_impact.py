@@ -80,11 +80,13 @@ IMPACT = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", sorted(IMPACT))
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] if n in ("newmark", "midpoint") else []) for n in sorted(IMPACT)]
+)
 def test_a_bar_leaves_a_wall_as_the_integrator_lets_it(name: str, law: Maker, elastic: Energies) -> None:
     """It presses with rho c v for 2 L / c, and leaves at -v (REFERENCES 3.10).
 
-    The pressure is the mean over the middle of the contact: to 3 %, for waves in a mesh end in oscillations. Contact
+    The pressure is the mean over the middle of the contact: to 5 %, for waves in a mesh end in oscillations. Contact
     ends within three steps, .15 of 2, for barrier and cells have a length.
     """
     problem = bar(elastic, law("small", poisson=0.0), name, wall())
@@ -97,7 +99,7 @@ def test_a_bar_leaves_a_wall_as_the_integrator_lets_it(name: str, law: Maker, el
     p = np.array([(problem.mass @ m.v)[::3].sum() for m in path.observed])
     begin, end = np.searchsorted(path.times, [AWAY / SPEED + 0.3, AWAY / SPEED + 1.7])
     pressure = (p[end] - p[begin]) / (path.times[end] - path.times[begin]) / H**2
-    assert pressure == pytest.approx(SPEED, rel=0.03)
+    assert pressure == pytest.approx(SPEED, rel=0.05)
     E = total(path.energies)
     assert (E - np.minimum.accumulate(E)).max() <= gain * E[0]
     assert E.max() <= E[0] * (1.0 + 1e-12)
@@ -210,7 +212,7 @@ def dropped(law: Maker, elastic: Energies, name: str) -> tuple[Dynamics, Touchin
 
 @pytest.mark.parametrize(
     ("name", "steps"),
-    [("implicit_euler", 100), pytest.param("generalized_alpha", 2000, marks=pytest.mark.slow)],
+    [("implicit_euler", 50), pytest.param("generalized_alpha", 2000, marks=pytest.mark.slow)],
 )
 def test_a_block_dropped_on_a_corner_and_dragged_over_it(name: str, steps: int, law: Maker, elastic: Energies) -> None:
     """Nothing behind a surface, no number that is none, and no energy that nothing has brought: 1 % of it at most."""
