@@ -43,10 +43,12 @@ def test_a_uniform_pressure_is_found_whatever_the_facet(kind: str) -> None:
 
 @pytest.mark.parametrize(("kind", "size", "most"), [("hex8", 0.25, 0.03), ("tet4", 0.25, 0.03), ("tet10", 0.5, 0.06)])
 def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most: float) -> None:
-    """p = sqrt(1 - r^2), g = r^2/2 - 1 + ((2 - r^2) asin(1/r) + sqrt(r^2 - 1))/pi, E' = pi/2, times 2/pi (Johnson 1985,
-    eqs. 3.39 to 3.42, with a = R = 1): the area is pi. Nodes lie a quarter of the radius apart: counted by nodes it
-    would be off by 7 %, as they happen to lie (the circle of Gauss); asked are 3 %; of the largest pressure, a mean around a
-    corner, 3 % as well, and 6 % where corners are twice as far apart."""
+    """Of p = sqrt(1 - r^2), g = r^2/2 - 1 + ((2 - r^2) asin(1/r) + sqrt(r^2 - 1))/pi with E' = pi/2 the area is pi.
+
+    Johnson 1985, eqs. 3.39 to 3.42, with a = R = 1. Nodes lie a quarter of the radius apart: counted by nodes it would
+    be off by 7 %, as they happen to lie (the circle of Gauss). Asked are 3 %; of the largest pressure, a mean around a
+    corner, 3 % as well, and 6 % where corners are twice as far apart.
+    """
     points, facets = top(kind, size)
     xi, _ = moments.fine(facets.shape[1])
     at = np.einsum("qa,kai->kqi", FACETS[facets.shape[1]].shape(xi), points[facets])
