@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
@@ -125,8 +126,9 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
         X = mesh.points[facets]
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
-    named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
-    free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
+    named: NDArray[np.bool_] = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
+    inside: NDArray[np.bool_] = named[facets]
+    free: Ints = facets[np.flatnonzero(~inside.all(axis=1))]
     return free
 
 

@@ -90,7 +90,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Shapes whose fields do not go together."""
-    for body in scene.of_kind("body").values():
+    for body in (*scene.of_kind("body").values(), *scene.of_kind("rigid").values()):
         problem = body.thing.shape.fault
         if problem:
             at = body.at("region" if body.thing.planar else "shape")

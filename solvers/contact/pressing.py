@@ -91,7 +91,7 @@ class Pressing:
     def pressures(self) -> Floats:
         """At all nodes (n,), Pa: positive where something presses, and zero elsewhere."""
         F = self._forces
-        area = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F))
+        area: Floats = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F)).astype(np.float64)
         if self.alike is not None:
             F = np.bincount(self.alike, F).astype(np.float64)[self.alike]
             area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
