@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors for models that are not `surfaced`, whose surfaces nothing could touch, and for bodies and analyses with a past or a motion."""
+    """Errors for models that are not `surfaced`, and for bodies and analyses with a past or a motion."""
     for pair in case.pairs:
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",
