@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.language.messages import diagnostic
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Declared
-    from softmark.interpreter.models.fem.build import PreparedSolid
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Floats
     from softmark.solvers.mesh.mesh import Mesh
+
+Solid = TypeVar("Solid")
 
 
 def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
@@ -75,14 +76,16 @@ def as_stiff(
     return stiffer, assembly.acting(assembly.internal, loads)
 
 
-def resumed(made: PreparedSolid, before: Moved) -> PreparedSolid:
+def resumed(made: Solid, before: Moved) -> Solid:
     """The same, whose contacts know where their rigid bodies were in the state before."""
+    known: Any = made  # a dataclass with a problem and its contacts
     if not before.beside:
         return made
-    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in made.contacts.items()}
-    loads = [*made.problem.assembly.loads[: -len(contacts)], *contacts.values()]
-    assembly = made.problem.assembly.acting(made.problem.assembly.internal, loads)
-    return replace(made, problem=replace(made.problem, assembly=assembly), contacts=contacts)
+    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
+    loads = [*known.problem.assembly.loads[: -len(contacts)], *contacts.values()]
+    assembly = known.problem.assembly.acting(known.problem.assembly.internal, loads)
+    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly), contacts=contacts)
+    return found
 
 
 def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:
