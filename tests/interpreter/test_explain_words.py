@@ -70,7 +70,7 @@ def test_the_example_of_a_shape_is_one_that_a_body_has(shape: str, capsys: pytes
     if not SHAPES[shape].meshed:  # which is a rigid body's
         assert softmark.loads(f"shape s = {shape}{example}\n").scene.declared["s"].thing.fault == ""
         return
-    body, thick = ("plane_strain", ", thickness = 1 mm") if SHAPES[shape].flat else ("solid", "")
+    body, thick = ("plane_strain", ", thickness = 1 mm") if SHAPES[shape].flat is True else ("solid", "")
     made = softmark.loads(f"{gel}body b = {body}({shape}{example}, gel{thick})\n")
     assert made.scene.of_kind("body").keys() == {"b"}
 
