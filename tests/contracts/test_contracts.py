@@ -84,6 +84,10 @@ PROBED = {
     "markers": "markers(bar, of = beads)",
 }
 SHAPED: dict[str, dict[str, Any]] = {
+    "apart": {
+        "one": SHAPES["box"](size=(0.02, 0.04, 0.015)),
+        "other": SHAPES["sphere"](radius=0.01, origin=(0.05, 0.0, 0.0)),
+    },
     "cylinder": {"length": 0.04, "radius": 0.01},
     "box": {"size": (0.02, 0.04, 0.015)},
     "arc": {"radius": 0.03, "angle": 1.2, "side": 0.015, "height": 0.02},
@@ -112,6 +116,9 @@ SHAPED: dict[str, dict[str, Any]] = {
     "filled": {"path": str(HERE.parent / "errors" / "parts" / "cube.stl"), "unit": 1e-3},
 }
 MEASURED: dict[str, dict[str, Any]] = {
+    "contact_area": {"of": "touch"},
+    "contact_pressure": {"of": "touch"},
+    "gap": {"of": "touch"},
     "displacement": {"along": (0.0, 0.0, -1.0)},
     "period": {"along": (0.0, 0.0, -1.0)},
     "realtime": {"rate": 25.0},

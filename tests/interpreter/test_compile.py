@@ -124,8 +124,9 @@ def test_words_of_the_vocabulary_can_name_something() -> None:
         "finite",
         "corotational",
     }
-    scene = valid("".join(f"param {word} = 3 mm\n" for word in sorted(words - PREDEFINED)) + BEAM)
-    assert len(scene.parameters) == len(words - PREDEFINED)
+    own = words - PREDEFINED - {"tip"}  # of which the beam has a probe
+    scene = valid("".join(f"param {word} = 3 mm\n" for word in sorted(own)) + BEAM)
+    assert len(scene.parameters) == len(own)
 
 
 # ------------------------------------------------------------------ what does not follow from something else

@@ -36,7 +36,7 @@ QUOTED = re.compile(r"^ *(?:-->|\d+ \|)")  # a place, a line of the scene
 UNIT = r" (?:%|deg|Hz|[GMk]?Pa|m?N|[mkµn]?m|[mµn]?s|[mk]?J)(?!\w)"
 MEASURED = re.compile(rf"(?<![\w.`#-])\d+(?:\.\d+(?:e[+-]\d+)?|e[+-]\d+|(?={UNIT}))(?![\w.])")
 # no scene is known that comes to it, or only with a mesher or without, or with a library that combines shapes
-STAGED = {"E336", "E337", "E338", "E405", "E575", "E576", "W349", "W354"}
+STAGED = {"E336", "E337", "E338", "E405", "E575", "E576", "E630", "W349", "W354", "W630"}
 
 
 @pytest.fixture(scope="module")

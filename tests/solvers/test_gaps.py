@@ -43,7 +43,7 @@ KINDS: dict[str, Shape] = {
     "extruded": SHAPES["extruded"](((0, 0), (1, 0), (1, 0.5), (0.4, 0.5), (0.4, 1), (0, 1.5)), 0.8, "x", -0.3),  # type: ignore[call-arg]
 }
 SURFACES = {"surface of a ball": (KINDS["sphere"], 0.3), "surface with a notch": (KINDS["revolved"], 0.4)}
-WITHOUT = {"ellipsoid", "arc", "quadrilateral", "quarter_ring", "bowl", "bowl_section"}
+WITHOUT = {"apart", "ellipsoid", "arc", "quadrilateral", "quarter_ring", "bowl", "bowl_section"}
 ALL = [*KINDS, *SURFACES]
 STEP = 1e-6  # of differences: of second order, so that 1e-12 / 1e-2 is left at what is 1e-2 from an edge
 
