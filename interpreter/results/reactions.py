@@ -58,12 +58,17 @@ class HeldSupport(Plain):
 class Touch(Plain):
     """What a contact comes to: the area that is pressed, m^2, the largest pressure, Pa, and the least gap, m.
 
-    Area and pressure are those before deformation.
+    Area and pressure are those before deformation. Of friction, where there is some: `slip` is how far a node that is
+    pressed has slid in all, at most, m, `sticks` the area of those that do not slide now, m^2, and `rubbed` what has
+    become heat in this state, J.
     """
 
     area: float
     pressure: float
     gap: float
+    slip: float | None = None
+    sticks: float | None = None
+    rubbed: float | None = None
 
 
 class Fluid(Protocol):

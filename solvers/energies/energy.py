@@ -29,6 +29,7 @@ class Energy(Protocol):
     saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
     grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
+    rubs: bool = False  # its friction has an energy with what is `lagged`, and none without
     driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
 
     @property

@@ -187,6 +187,10 @@ class Newton:
 
         At most the problem's iterations, or `patience` where that is more.
         """
+        if self.problem.rubs:
+            from softmark.solvers.statics.friction import rubbed
+
+            return rubbed(self, x, load)
         merit = self._energy if self.minimal else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):

@@ -57,6 +57,7 @@ from softmark.solvers.statics.balance import resultant_on
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.rubbing import Past
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.shape import Shape
@@ -92,6 +93,7 @@ class PreparedSolid(OnMesh):
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
     contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
+    past: Past = field(default_factory=dict)  # what friction remembers of the state before
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
@@ -128,7 +130,10 @@ class PreparedSolid(OnMesh):
 
     def after(self, before: Moved) -> PreparedSolid:
         """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
-        return self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
+        if self.disturbance:
+            return self
+        begun = replace(self, first=None, before=np.ravel(before.displacement))
+        return outside.resumed(begun, before.past) if before.past else begun
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
@@ -189,7 +194,7 @@ class PreparedSolid(OnMesh):
         pulling = [energy for _, energy in self.muscles]
         found = carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return carried.touched(found, self.contacts) if self.contacts else found
+        return outside.touched(found, self.contacts, self.past) if self.contacts else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -202,7 +207,8 @@ class PreparedSolid(OnMesh):
 
     def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
         pressures = self.unknowns.pressed(self.solid, self.pieces, state)
-        return Deformed(self.mesh, u, pressures=pressures, left=left)
+        past = outside.past(self.contacts, u.ravel(), self.past)
+        return Deformed(self.mesh, u, pressures=pressures, left=left, past=past)
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""

@@ -43,6 +43,10 @@ class Moving:
         pose = pose_at(self.touch, share)
         return self.gap if pose is None else Posed(self.gap, pose)
 
+    def pose(self, share: float) -> Pose:
+        """Its motion from where it is declared."""
+        return pose_at(self.touch, share) or Pose()
+
 
 def pose_at(touch: Touch, share: float) -> Pose | None:
     """Where supports have taken a rigid body at a share of the load; None where it is declared."""
@@ -69,8 +73,12 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
     nodes, areas = _surface(case, touch, mesh)
-    barrier = barrier_of(case, touch, mesh)
-    made = Touching(nodes, mesh.points[nodes], areas, barrier, Moving(gap, touch), bool(case.planar))
+    barrier, moving = barrier_of(case, touch, mesh), Moving(gap, touch)
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, moving, bool(case.planar))
+    if touch.thing.friction:
+        from softmark.solvers.contact.rubbing import rubbing
+
+        made = rubbing(made, touch.thing.friction, moving.pose)
     _must_be_apart(case, touch, made)
     return made
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import field
+from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.rubbing import Past
 
 
 @dataclass(frozen=True)
@@ -57,3 +61,4 @@ class Deformed(Meshed):
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
     left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
+    past: Past = field(default_factory=dict)  # what friction remembers, by contact

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from softmark.interpreter.models.answers.carried import Carried
+    from softmark.interpreter.models.fem.build import PreparedSolid
+    from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.contact.touching import Touching
+    from softmark.solvers.energies.energy import Floats
     from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.mesh import Mesh
 
@@ -27,3 +34,35 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     from softmark.interpreter.models.shared.contacting import contacts_on
 
     return contacts_on(case, mesh)
+
+
+def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
+    """What friction remembers after displacements u (3 n,), m; nothing where there is none."""
+    if not any(contact.rubs for contact in contacts.values()):
+        return {}
+    from softmark.interpreter.models.shared.rubbing import past_of
+
+    return past_of(contacts, u, before)
+
+
+def resumed(prepared: PreparedSolid, past: Past) -> PreparedSolid:
+    """A model that goes on from what friction remembers of the state before."""
+    from softmark.interpreter.models.shared import rubbing
+
+    contacts = rubbing.resumed(prepared.contacts, past)
+    problem = rubbing.exchanged(prepared.problem, prepared.contacts, contacts)
+    return replace(prepared, contacts=contacts, problem=problem, past=past)
+
+
+def touched(found: Carried, contacts: Mapping[str, Touching], before: Past) -> Carried:
+    """What acts on a body, with what rigid bodies do to it."""
+    from softmark.interpreter.models.answers import carried
+
+    found = carried.touched(found, contacts)
+    rubbed = past(contacts, found.u.ravel(), before)
+    if not rubbed:
+        return found
+    from softmark.interpreter.models.shared.rubbing import slipped
+
+    touches = {n: slipped(t, contacts[n], found.u.ravel(), rubbed.get(n)) for n, t in found.touches.items()}
+    return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
