@@ -1,23 +1,212 @@
-"""What rigid bodies do to a body counted once more, for the watchdog, as beds are (bed_check.py)."""
+"""What rigid bodies do to a body counted once more, for the watchdog, and whether any of it is behind them.
+
+Distances, the law of the gap, areas and the way of a rigid body by formulas of their own (solvers/checks/touching.py).
+What the law is for, its distance and its stiffness, is taken as it is.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.contacting import contacts_on
+from softmark.interpreter.evidence.load_check import selected
+from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.interpreter.models.shared.contacting import barrier_of
+from softmark.solvers.checks import solids, touching
+from softmark.solvers.checks.solids import EPS, Floats, Ints
+from softmark.solvers.elements.facets import FACETS
+from softmark.solvers.mesh.combined import Difference, Intersection, Union
+from softmark.solvers.mesh.extruded import Extruded
+from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.tube import Tube
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Moved
-    from softmark.interpreter.problem.case import Case
-    from softmark.solvers.checks.solids import Floats
+    from softmark.interpreter.problem.case import Case, Touch
+    from softmark.solvers.mesh.shape import Shape
+
+STEPS = 8  # along each side of a facet: where it is looked at between its nodes
+ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
-def of_contacts(case: Case, mesh: Moved, u: Floats) -> dict[str, Floats]:
-    """Forces on the nodes (n, 3), N, of every contact by its name."""
-    found = {}
-    for name, contact in contacts_on(case, mesh.mesh).items():
-        found[name] = np.zeros_like(u)
-        found[name][contact.nodes] = contact.forces(u.ravel())
+def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Forces on the nodes (n, 3), N, of every contact by its name, and what of them is not sure, N. Raises Unchecked."""
+    found, unsure = {}, 0.0
+    for touch in case.contacts:
+        if touch.thing.friction:
+            raise Unchecked("there is no other formula for friction")
+        found[touch.name], left = _of_contact(case, touch, mesh, u)
+        unsure += left
+    return found, unsure
+
+
+def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None]:
+    """What a report says of every contact, by name, and why the state is no answer, if a node is behind a rigid body.
+
+    `least_gap` is that of all nodes that may touch, m, and `overlap` how deep facets cut into the rigid body between
+    their nodes, m, where they were looked at.
+    """
+    found, reason = {}, None
+    for touch in case.contacts:
+        try:
+            found[touch.name] = own = _seen(case, touch, mesh, u)
+        except Unchecked as unknown:
+            found[touch.name] = {"least_gap": None, "overlap": None, "reason": str(unknown)}
+            continue
+        if not own["least_gap"] > 0.0:
+            reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+    return {"contact": found}, reason
+
+
+def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
+    facets, look = _facets(case, touch, mesh), _where(touch)
+    x = _flat(case, mesh.points + u)
+    nodes = np.unique(facets)
+    gaps = np.full(len(x), np.inf)
+    gaps[nodes] = _asked(look, x[nodes])[0]
+    corners = x[facets]
+    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    near = facets[gaps[facets].min(axis=1) < size]  # what lies farther cannot touch between its nodes
+    kind = facets.shape[1]
+    N = solids.shape(kind, FACETS[kind].lattice(STEPS))
+    between = _flat(case, np.einsum("qa,fai->fqi", N, x[near]).reshape(-1, 3))
+    deepest = float(_asked(look, between)[0].min(initial=np.inf)) if len(near) else np.inf
+    return {"least_gap": float(gaps[nodes].min()), "overlap": max(0.0, -deepest), "facets": len(near)}
+
+
+def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+    facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
+    triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
+    area = touching.shares(mesh.points, triangles, case.depth)
+    nodes = np.flatnonzero(area > 0.0)
+    x = _flat(case, mesh.points + u)[nodes]
+    g, n = _asked(_where(touch), x)
+    p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
+    found = np.zeros_like(u)
+    found[nodes] = _flat(case, (area[nodes] * p)[:, None] * n)
+    size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
+    return found, 4.0 * EPS * size * float((area[nodes] * slope).sum())
+
+
+def _flat(case: Case, x: Floats) -> Floats:
+    """Of a plane body, in its plane."""
+    return x * (1.0, 1.0, 0.0) if case.planar else x
+
+
+def _asked(look: touching.Distance, x: Floats) -> tuple[Floats, Floats]:
+    try:
+        return look(x)
+    except ValueError as many:
+        raise Unchecked(str(many)) from many
+
+
+def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
+    """Those that may touch (f, k): that are selected, and of which a node at least is free. Raises Unchecked."""
+    from softmark.interpreter.evidence.kinds.solid_forces import held
+
+    where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
+    if where is not EVERYWHERE:
+        swept = selected(where, case, mesh.mesh)
+        facets = np.concatenate([np.concatenate([whole, parts[0]]) for whole, parts, _ in swept])
+        facets = np.unique(facets, axis=0)
+    if case.planar:
+        X = mesh.points[facets]
+        way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
+        facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
+    named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
+    return facets[~named[facets].all(axis=1)]
+
+
+# ------------------------------------------------------------------ rigid bodies
+
+
+def _where(touch: Touch) -> touching.Distance:
+    """The distance to a rigid body where supports have taken it: turned, and then shifted. Raises Unchecked."""
+    distance = _distance(touch.rigid.thing.shape)
+    shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
+    for support in (moved.thing for moved in touch.moved):
+        for c in support.components:
+            shift[c] += support.displacement[c]
+        if support.turns:
+            rotation, through = np.array(support.rotation), np.array(support.through)
+    return touching.carried(distance, shift, rotation, through)
+
+
+def _distance(shape: Shape) -> touching.Distance:
+    """That of a shape where it is declared. Raises Unchecked."""
+    make = DISTANCES.get(type(shape))
+    if make is None:
+        raise Unchecked(f"there is no other formula for the distance to a {type(shape).__name__}")
+    found: touching.Distance = make(shape)
     return found
+
+
+def _half_space(shape: Any) -> touching.Distance:
+    return touching.half_space(shape.origin, shape.normal)
+
+
+def _box(shape: Any) -> touching.Distance:
+    high = np.array(shape.origin) + np.array(shape.size)
+    return touching.box(shape.origin, high, getattr(shape, "rounding", 0.0))
+
+
+def _cylinder(shape: Any) -> touching.Distance:
+    s, r, h = getattr(shape, "inner", 0.0), shape.radius, shape.length
+    return _around(shape, [(s, 0.0), (r, 0.0), (r, h), (s, h)])
+
+
+def _punch(shape: Any) -> touching.Distance:
+    q, r, h = shape.rounding, shape.radius, shape.length
+    return _around(shape, [(0.0, q), (r - q, q), (r - q, h - q), (0.0, h - q)], q)
+
+
+def _tip(shape: Any) -> touching.Distance:
+    q, h = shape.rounding, shape.length - shape.rounding
+    return _around(shape, [(0.0, q), (np.tan(0.5 * shape.angle) * (h - q), h), (0.0, h)], q)
+
+
+def _cone(shape: Any) -> touching.Distance:
+    end = [(shape.end, shape.length)] if shape.end else []
+    return _around(shape, [(0.0, 0.0), (shape.radius, 0.0), *end, (0.0, shape.length)])
+
+
+def _around(shape: Any, corners: Any, rounding: float = 0.0) -> touching.Distance:
+    return touching.turned(touching.polygon(corners, rounding, mirrored=True), shape.origin, shape.axis)
+
+
+def _extruded(shape: Any) -> touching.Distance:
+    section = touching.polygon(shape.corners)
+    return touching.prism(section, ORDERS[shape.along], shape.base, shape.base + shape.height)
+
+
+def _enclosed(shape: Any) -> touching.Distance:
+    return touching.enclosed(*shape.surface(0.0))
+
+
+DISTANCES: Mapping[type, Callable[[Any], touching.Distance]] = {
+    HalfSpace: _half_space,
+    Sphere: lambda shape: touching.ball(shape.origin, shape.radius),
+    SphericalShell: lambda shape: touching.hollow(shape.origin, shape.radius, shape.inner),
+    Box: _box,
+    RoundedBox: _box,
+    Cylinder: _cylinder,
+    Tube: _cylinder,
+    Cone: _cone,
+    Revolved: lambda shape: _around(shape, shape.outline),
+    Punch: _punch,
+    Tip: _tip,
+    Extruded: _extruded,
+    Filled: _enclosed,
+    MeshFile: _enclosed,
+    Union: _enclosed,
+    Difference: _enclosed,
+    Intersection: _enclosed,
+}

@@ -138,6 +138,13 @@ def _checked(
     found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
     if isinstance(case.analysis, Dynamic):
         return found, None
+    if case.contacts and solution.mesh is not None:
+        from softmark.interpreter.evidence.contact_check import seen
+
+        own, behind = seen(case, solution.mesh, np.asarray(solution.mesh.displacement, dtype=np.float64))
+        found |= own
+        if behind is not None:
+            return found, behind
     try:
         result, claimed = voucher.balance(looked)
     except Unchecked as reason:

@@ -12,6 +12,7 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.contact import OfContact
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.energy_norm import EnergyNorm
 from softmark.interpreter.metrics.force import Force
@@ -236,7 +237,7 @@ def _unknown(metric: Declared, scene: Scene) -> str:
     thing = metric.thing
     if isinstance(thing, Force):
         return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
-    if isinstance(thing, StrainEnergy | PorePressure | Outflow):
+    if isinstance(thing, StrainEnergy | PorePressure | Outflow | OfContact):
         return ""
     if isinstance(thing, OfMetric):  # known as far as what it is of
         return _unknown(scene.declared[thing.of], scene)
@@ -255,7 +256,7 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
         if planar == "axisymmetric" and (why := _unknown(metric, scene)):
             yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
                              "not with axial symmetry", "known are displacements and their errors, stress, strain and "
-                             "stretch, at points and along lines, strain_energy, force along y, and of fluid"
+                             "stretch, at points and along lines, strain_energy, force along y, contacts, and of fluid"
                              " pore_pressure and outflow")  # fmt: skip
             continue
         if planar and isinstance(metric.thing, Frequency):

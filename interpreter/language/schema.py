@@ -262,7 +262,7 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
         return {"form": spec, "kind": spec}
     if spec in ("shape", "material", "element", "course", "stiffness"):
         return {"form": "value", "kind": spec}
-    if spec in ("body", "support", "load", "reference", "probe", "analysis", "metric", "model", "study"):
+    if spec in ("body", "support", "contact", "load", "reference", "probe", "analysis", "metric", "model", "study"):
         return {"form": "name", "kind": spec}
     if spec == "support or contact":
         return {"form": "name", "kind": "support", "also": ("contact",)}

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from softmark.interpreter.metrics.contact import ContactArea, ContactGap, ContactPressure
 from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
@@ -57,6 +58,9 @@ METRICS: dict[str, type[Any]] = {
     "stretch": Stretch,
     "force": Force,
     "moment": Moment,
+    "contact_area": ContactArea,
+    "contact_pressure": ContactPressure,
+    "gap": ContactGap,
     "strain_energy": StrainEnergy,
     "dissipation": Dissipation,
     "work": LoadWork,

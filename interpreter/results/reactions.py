@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from softmark.interpreter.results.loads import Vector
 from softmark.interpreter.results.plain import Plain
 from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -58,17 +62,48 @@ class HeldSupport(Plain):
 class Touch(Plain):
     """What a contact comes to: the area that is pressed, m^2, the largest pressure, Pa, and the least gap, m.
 
-    Area and pressure are those before deformation. Of friction, where there is some: `slip` is how far a node that is
-    pressed has slid in all, at most, m, `sticks` the area of those that do not slide now, m^2, and `rubbed` what has
-    become heat in this state, J.
+    Area and pressure are those of the body as it is deformed, or undeformed in a model of small strain. `left` is the
+    mean gap where something presses, m, which a barrier leaves; `field` tells pressures and gaps at places; `rubbing`
+    is what friction makes of it, where there is some.
     """
 
     area: float
     pressure: float
     gap: float
-    slip: float | None = None
-    sticks: float | None = None
-    rubbed: float | None = None
+    left: float = 0.0
+    field: Pressed | None = None
+    rubbing: Friction | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """Without the field."""
+        own = {"area": self.area, "pressure": self.pressure, "gap": self.gap, "left": self.left}
+        return own | ({} if self.rubbing is None else {"friction": self.rubbing})
+
+
+@dataclass(frozen=True)
+class Friction(Plain):
+    """What friction makes of a contact.
+
+    `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
+    where nothing slides, `area` the area there before deformation, m^2, and `work` what has become heat in this state
+    alone, J.
+    """
+
+    slip: float
+    sticks: float
+    area: float
+    work: float
+
+
+class Pressed(Protocol):
+    """The surface of a body that something may press on."""
+
+    def pressure(self, point: Vector) -> float | None:
+        """At a material point, m: Pa. None where it is not on the surface."""
+
+    @property
+    def at_nodes(self) -> Mapping[str, NDArray[np.float64]]:
+        """`pressure`, Pa, and `gap`, m, at all nodes of the mesh (n,): nothing and not a number beyond the surface."""
 
 
 class Fluid(Protocol):

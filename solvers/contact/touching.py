@@ -36,6 +36,7 @@ class Touching(Energy):
     posed: Callable[[float], Gap]
     flat: bool = False
     share: float = 1.0
+    facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
     conservative: bool = True
 
     @cached_property

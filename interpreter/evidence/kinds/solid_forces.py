@@ -67,7 +67,8 @@ class Solved:
         if self.case.contacts:
             from softmark.interpreter.evidence.contact_check import of_contacts
 
-            found = found | of_contacts(self.case, self.mesh, self.u)
+            touched, left = of_contacts(self.case, self.mesh, self.u)
+            found, unsure = found | touched, unsure + left
         return found, unsure
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:

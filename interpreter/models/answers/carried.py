@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
-PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 
 
 @dataclass(frozen=True)
@@ -154,21 +153,14 @@ def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
     return replace(carried, energy=carried.energy - stored, beds=each)
 
 
-def touched(carried: Carried, contacts: Mapping[str, Touching]) -> Carried:
+def touched(carried: Carried, contacts: Mapping[str, Touching], case: Case) -> Carried:
     """With what rigid bodies do to a body that touches them."""
+    from softmark.interpreter.models.answers.touch import touch_of
+
     u = carried.u.ravel()
     each = {name: _plain(_force(contact, u)) for name, contact in contacts.items()}
-    return replace(
-        carried, beds={**carried.beds, **each}, touches={n: touch_of(carried, c) for n, c in contacts.items()}
-    )
-
-
-def touch_of(carried: Carried, contact: Touching) -> Touch:
-    """What a contact comes to in a state."""
-    u = carried.u.ravel()
-    g, p = contact.gaps(u), contact.pressures(u)
-    pressed = p > PRESSED * p.max(initial=0.0)
-    return Touch(float(contact.A[pressed].sum()), float(p.max(initial=0.0)), float(g.min()))
+    touches = {name: touch_of(case, contact, carried.X, carried.x, u) for name, contact in contacts.items()}
+    return replace(carried, beds={**carried.beds, **each}, touches=touches)
 
 
 def _force(load: Energy, u: Floats) -> Floats:

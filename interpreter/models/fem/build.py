@@ -194,7 +194,7 @@ class PreparedSolid(OnMesh):
         pulling = [energy for _, energy in self.muscles]
         found = carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return outside.touched(found, self.contacts, self.past) if self.contacts else found
+        return outside.touched(found, self.contacts, self.pieces[0].case, self.past) if self.contacts else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

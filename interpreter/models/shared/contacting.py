@@ -72,9 +72,10 @@ def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
-    nodes, areas = _surface(case, touch, mesh)
+    facets = _surface(case, touch, mesh)
+    nodes, areas = node_areas(mesh.points, facets, mesh.element.facet.triangles, case.depth)
     barrier, moving = barrier_of(case, touch, mesh), Moving(gap, touch)
-    made = Touching(nodes, mesh.points[nodes], areas, barrier, moving, bool(case.planar))
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, moving, bool(case.planar), facets=facets)
     if touch.thing.friction:
         from softmark.solvers.contact.rubbing import rubbing
 
@@ -102,8 +103,13 @@ def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
     )
 
 
-def _surface(case: Case, touch: Touch, mesh: Mesh) -> tuple[Ints, Floats]:
-    """Nodes of the surface that may touch (m,), and the areas that they stand for (m,), m^2. Raises Fault if none."""
+def plane_modulus(case: Case) -> float:
+    """E / (1 - nu^2) of the stiffest material of a body, Pa: how its surface resists what presses on it."""
+    return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
+
+
+def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
+    """The facets that may touch (k, a). Raises Fault if there are none."""
     facets = loaded(case.shape, mesh, touch.thing.where).touched
     facets = np.unique(facets, axis=0)
     if case.planar and len(facets):
@@ -119,7 +125,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> tuple[Ints, Floats]:
             "selects nothing",
             "the condition must hold on a part of the surface that no support holds",
         )
-    return node_areas(mesh.points, facets, mesh.element.facet.triangles, case.depth)
+    return facets
 
 
 def _held(case: Case, mesh: Mesh) -> Bools:

@@ -54,11 +54,11 @@ def resumed(prepared: PreparedSolid, past: Past) -> PreparedSolid:
     return replace(prepared, contacts=contacts, problem=problem, past=past)
 
 
-def touched(found: Carried, contacts: Mapping[str, Touching], before: Past) -> Carried:
+def touched(found: Carried, contacts: Mapping[str, Touching], case: Case, before: Past) -> Carried:
     """What acts on a body, with what rigid bodies do to it."""
     from softmark.interpreter.models.answers import carried
 
-    found = carried.touched(found, contacts)
+    found = carried.touched(found, contacts, case)
     rubbed = past(contacts, found.u.ravel(), before)
     if not rubbed:
         return found

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.answers.carried import PRESSED
+from softmark.interpreter.results.reactions import Friction
 from softmark.records import dataclass
 from softmark.solvers.contact.rubbing import Rubbing
+
+PRESSED = 1e-6  # of the largest pressure: what is less is no contact
+LEAST = 1e-300  # N
 
 if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import Touch
@@ -56,8 +59,9 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
     p = contact.pressures(u)
     pressed = p > PRESSED * p.max(initial=0.0)
     sticks = pressed & ~contact.slip(u).slides
-    slip = float(own.slid[pressed].max(initial=0.0))
-    return replace(touch, slip=slip, sticks=float(contact.A[sticks].sum()), rubbed=own.now)
+    slip, area = float(own.slid[pressed].max(initial=0.0)), float(contact.A[sticks].sum())
+    held = float((contact.A * p)[sticks].sum() / max((contact.A * p).sum(), LEAST))
+    return replace(touch, rubbing=Friction(slip, held, area, own.now))
 
 
 def resumed(contacts: Mapping[str, Touching], past: Past) -> dict[str, Touching]:

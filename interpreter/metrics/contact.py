@@ -1,0 +1,144 @@
+"""What contacts come to: the area, the pressure and the gap."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.metric import Floats
+    from softmark.interpreter.results.reactions import AtRest, Touch
+else:
+    from softmark.solvers.base.deferred import np
+
+
+class OfContact(OfForces):
+    """One of a contact."""
+
+    if TYPE_CHECKING:
+        of: str
+
+    @property
+    def concerned(self) -> str:
+        """The contact."""
+        return self.of
+
+    def touch(self, rest: AtRest) -> Touch:
+        """What the contact comes to. Raises Undefined."""
+        if self.of not in rest.touches:
+            raise Undefined(f"nothing is known of `{self.of}` here but its force")
+        return rest.touches[self.of]
+
+
+@dataclass(frozen=True)
+class ContactArea(OfContact):
+    """Area of a body's surface on which a rigid body presses, as it is deformed (of small strain, undeformed).
+
+    It ends between a node that touches and one that does not, where pressure and gap say; in a coarse mesh it is the
+    least sure of what is told of a contact, and it has no limit where contact opens and closes with the mesh. Against
+    another model or a theory it is the difference relative to that one's.
+    """
+
+    of: Annotated[str, "contact", "the contact"]
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    natural: ClassVar[str] = "m^2"
+
+    def amount(self, rest: AtRest) -> Floats:
+        """In m^2. Raises Undefined where nothing is known of the contact."""
+        return np.array(self.touch(rest).area)
+
+    def acting(self, rest: AtRest) -> float:
+        """The largest area of all contacts, m^2."""
+        return max(touch.area for touch in rest.touches.values())
+
+
+@dataclass(frozen=True)
+class ContactPressure(OfContact):
+    """Pressure of a rigid body on the surface of a body: the largest, or that at a place on the surface.
+
+    Force per area as it is deformed (of small strain, undeformed), from the forces at nodes: the field, linear or
+    bilinear on facets, that comes to the same forces. It has no limit at the edge of a sharp punch, where it grows with
+    every refinement: a rounded one has. Against another model or a theory it is the difference relative to that one's.
+
+    Beside its value a report has largest_Pa.
+    """
+
+    of: Annotated[str, "contact", "the contact"]
+    at: Annotated[
+        tuple[float, float, float] | None, "m", "a point of the surface, by its coordinates before deformation"
+    ] = None
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    natural: ClassVar[str] = "Pa"
+
+    def amount(self, rest: AtRest) -> Floats:
+        """What is asked, and the largest, Pa. Raises Undefined where nothing is known of the contact."""
+        touch = self.touch(rest)
+        return np.array([touch.pressure if self.at is None else self._there(touch), touch.pressure])
+
+    def _there(self, touch: Touch) -> float:
+        if touch.field is None:
+            raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone: leave out `at`")
+        assert self.at is not None
+        found = touch.field.pressure(self.at)
+        if found is None:
+            raise Undefined(f"`at` is not on the part of the surface that `{self.of}` is about, before deformation")
+        return found
+
+    def size(self, value: Floats) -> float:
+        """Of that which is asked."""
+        return abs(float(value[0]))
+
+    def _along(self, value: Floats) -> float:
+        return float(value[0])
+
+    def distance(self, rest: AtRest, right: AtRest) -> float:
+        """Of the same points, Pa; of the largest, at the place where each has it."""
+        return abs(float(self.amount(rest)[0] - self.amount(right)[0]))
+
+    def acting(self, rest: AtRest) -> float:
+        """The largest pressure of all contacts, Pa."""
+        return max(touch.pressure for touch in rest.touches.values())
+
+    def details(self, value: Floats) -> dict[str, Any]:
+        """The largest."""
+        return {"largest_Pa": float(value[1])}
+
+
+@dataclass(frozen=True)
+class ContactGap(OfContact):
+    """Least distance between the nodes of a body's surface and a rigid body: never zero or less.
+
+    Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
+    property of the bodies, but a part of the stated error of all else.
+
+    Beside its value a report has left_m, the mean where something presses, by the forces there.
+    """
+
+    of: Annotated[str, "contact", "the contact"]
+    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    natural: ClassVar[str] = "m"
+
+    def amount(self, rest: AtRest) -> Floats:
+        """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""
+        touch = self.touch(rest)
+        return np.array([touch.gap, touch.left])
+
+    def size(self, value: Floats) -> float:
+        """Of the least."""
+        return abs(float(value[0]))
+
+    def _along(self, value: Floats) -> float:
+        return float(value[0])
+
+    def acting(self, rest: AtRest) -> float:
+        """The largest displacement, m."""
+        return rest.moved
+
+    def details(self, value: Floats) -> dict[str, Any]:
+        """The mean in contact."""
+        return {"left_m": float(value[1])}

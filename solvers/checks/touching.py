@@ -1,0 +1,250 @@
+"""What rigid bodies do to a surface, found once more: distances, a law of pressure and areas by formulas of their own.
+
+What solves has signed distances with Hessians, one class for each kind. Here a distance is that to the nearest point
+of a set, found by projection, and the way out the line from it: right outside, which is where a surface may be. Inside
+it is no more than a sign and a size. Solids that a polygon makes ask whether it winds around a point, closed surfaces
+what angle they fill in its sight (van Oosterom and Strackee 1983, "The solid angle of a plane triangle").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Distance = Callable[[Floats], tuple[Floats, Floats]]  # points (n, 3), m -> gaps (n,), m, and ways out (n, 3)
+Section = Callable[[Floats, Floats], tuple[Floats, Floats, Floats]]  # a, b (n,) -> gap, and its slopes along a and b
+
+PAIRS = 4_000_000  # points times triangles at a time
+MOST = 400_000_000  # of these: more are not gone through again
+LEAST = 1e-300
+
+
+def half_space(origin: Floats, normal: Floats) -> Distance:
+    """All behind a plane: n . (x - o)."""
+    n = np.asarray(normal, dtype=np.float64) / np.sqrt(np.sum(np.square(normal)))
+    return lambda x: (x @ n - float(np.dot(origin, n)), np.tile(n, (len(x), 1)))
+
+
+def ball(centre: Floats, radius: float) -> Distance:
+    """All within a radius: |x - c| - R."""
+
+    def look(x: Floats) -> tuple[Floats, Floats]:
+        off = x - np.asarray(centre)
+        r = np.sqrt((off**2).sum(axis=1))
+        return r - radius, off / np.maximum(r, LEAST)[:, None]
+
+    return look
+
+
+def hollow(centre: Floats, radius: float, inner: float) -> Distance:
+    """The same without all that is within another: what is inside it is nearest to its wall."""
+    outer = ball(centre, radius)
+
+    def look(x: Floats) -> tuple[Floats, Floats]:
+        g, n = outer(x)
+        within = inner - (g + radius)
+        return np.where(within > g, within, g), np.where((within > g)[:, None], -n, n)
+
+    return look
+
+
+def box(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
+    """What is between corners, m, with rounded edges: the nearest point has each coordinate held within its range."""
+    a, b = np.asarray(low) + rounding, np.asarray(high) - rounding
+
+    def look(x: Floats) -> tuple[Floats, Floats]:
+        return _grown(x, np.clip(x, a, b), np.minimum(x - a, b - x).min(axis=1), rounding)
+
+    return look
+
+
+def _grown(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
+    """Gaps and ways out where the nearest points of a core are known, and how `deep` within it others are, m."""
+    off = x - nearest
+    far = np.sqrt((off**2).sum(axis=1))
+    out = off / np.maximum(far, LEAST)[:, None]
+    return np.where(far > 0.0, far, -deep) - by, out
+
+
+def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> Section:
+    """Of a polygon of corners (c, 2), m, and all within `rounding` of it, in its plane, by complex numbers.
+
+    The nearest point of each side is w = t, t = Re((p - a) / (b - a)) held in [0, 1]; inside is where the sides turn
+    once around a point. `mirrored`: it is half of a section, and sides on the axis a = 0 are no surface.
+    """
+    z = np.asarray(corners) @ np.array([1.0, 1.0j])
+    start, end = z, np.roll(z, -1)
+    if mirrored:
+        wall = np.abs(start.real) + np.abs(end.real) > 0.0
+        start, end = start[wall], end[wall]
+
+    def winds(p: Floats) -> Floats:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found: Floats = np.nansum(np.angle((end - p) / (start - p)), axis=1)
+        return found
+
+    def look(a: Floats, b: Floats) -> tuple[Floats, Floats, Floats]:
+        p = (a + 1.0j * b)[:, None]
+        way = end - start
+        off = p - (start + np.clip(((p - start) / way).real, 0.0, 1.0) * way)
+        far = np.abs(off)
+        own = np.arange(len(a)), far.argmin(axis=1)
+        turns = winds(p) - (winds(-p.conj()) if mirrored else 0.0)
+        sign = np.where(np.abs(turns) > np.pi, -1.0, 1.0)
+        out = sign * off[own] / np.maximum(far[own], LEAST)
+        return sign * far[own] - rounding, out.real, out.imag
+
+    return look
+
+
+def turned(section: Section, origin: Floats, axis: Floats) -> Distance:
+    """What a half-section of (r, z) makes when it is turned around an axis, z from `origin` on."""
+    e = np.asarray(axis, dtype=np.float64) / np.sqrt(np.sum(np.square(axis)))
+
+    def look(x: Floats) -> tuple[Floats, Floats]:
+        off = x - np.asarray(origin)
+        z = off @ e
+        across = off - z[:, None] * e
+        r = np.sqrt((across**2).sum(axis=1))
+        g, a, b = section(r, z)
+        return g, (a / np.maximum(r, LEAST))[:, None] * across + b[:, None] * e
+
+    return look
+
+
+def prism(section: Section, order: tuple[int, int, int], low: float, high: float) -> Distance:
+    """What a polygon makes along a coordinate: `order` has the two of its plane, and that along it."""
+    i, j, k = order
+
+    def look(x: Floats) -> tuple[Floats, Floats]:
+        g, a, b = section(x[:, i], x[:, j])
+        beyond = np.maximum(low - x[:, k], x[:, k] - high)
+        side, end = np.maximum(g, 0.0), np.maximum(beyond, 0.0)
+        far = np.hypot(side, end)
+        n = np.zeros_like(x)
+        weight = side / np.maximum(far, LEAST)
+        n[:, i], n[:, j] = weight * a, weight * b
+        n[:, k] = end / np.maximum(far, LEAST) * np.where(x[:, k] > high, 1.0, -1.0)
+        return np.where(far > 0.0, far, np.maximum(g, beyond)), n
+
+    return look
+
+
+def enclosed(points: Floats, triangles: Ints) -> Distance:
+    """What a closed surface of triangles encloses: every triangle is asked. Raises ValueError where they are too many.
+
+    The nearest point of a triangle is on its plane where it is within all three sides, and else on one of these.
+    """
+    X = points[triangles]
+
+    def look(x: Floats) -> tuple[Floats, Floats]:
+        if len(x) * len(X) > MOST:
+            raise ValueError("its surface has too many triangles to go through all of them again")
+        g, n = np.empty(len(x)), np.empty_like(x)
+        step = max(1, PAIRS // len(X))
+        for at in range(0, len(x), step):
+            some = x[at : at + step]
+            off, far = _nearest(some, X)
+            sign = np.where(np.abs(_angle(some, X)) > 2.0 * np.pi, -1.0, 1.0)
+            g[at : at + step] = sign * far
+            n[at : at + step] = sign[:, None] * off / np.maximum(far, LEAST)[:, None]
+        return g, n
+
+    return look
+
+
+def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
+    """From the nearest point of triangles X (t, 3, 3) to points x (n, 3): (n, 3), and how far (n,), m."""
+    best, far = np.zeros_like(x), np.full(len(x), np.inf)
+    rows = np.arange(len(x))
+
+    def take(off: Floats, allowed: NDArray[np.bool_] | bool = True) -> None:
+        square = np.where(allowed, (off**2).sum(axis=2), np.inf)
+        own = square.argmin(axis=1)
+        nearer = square[rows, own] < far
+        far[nearer], best[nearer] = square[rows, own][nearer], off[rows, own][nearer]
+
+    normal = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
+    normal = normal / np.maximum(np.sqrt((normal**2).sum(axis=1)), LEAST)[:, None]
+    height = x @ normal.T - (X[:, 0] * normal).sum(axis=1)
+    within = np.ones(height.shape, dtype=np.bool_)
+    for k in range(3):
+        a, way = X[:, k], X[:, (k + 1) % 3] - X[:, k]
+        inward = np.cross(normal, way)
+        within &= x @ inward.T - (a * inward).sum(axis=1) >= 0.0
+        t = (x @ way.T - (a * way).sum(axis=1)) / np.maximum((way**2).sum(axis=1), LEAST)
+        take(x[:, None] - a - np.clip(t, 0.0, 1.0)[..., None] * way)
+    take(height[..., None] * normal, within)
+    return best, np.sqrt(far)
+
+
+def _angle(x: Floats, X: Floats) -> Floats:
+    """The solid angle that a closed surface fills seen from points (n,): 4 pi from within."""
+    a, b, c = (X[None, :, i] - x[:, None] for i in range(3))
+    p, q, r = (np.sqrt((v**2).sum(axis=2)) for v in (a, b, c))
+    triple = (a * np.cross(b, c)).sum(axis=2)
+    below = p * q * r + (a * b).sum(axis=2) * r + (b * c).sum(axis=2) * p + (c * a).sum(axis=2) * q
+    found: Floats = 2.0 * np.arctan2(triple, below).sum(axis=1)
+    return found
+
+
+# ------------------------------------------------------------------ where it is
+
+
+def carried(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
+    """Of a body that was turned about a point by a vector, rad, and then shifted, m: seen from the body itself.
+
+    By the unit quaternion (cos(angle / 2), sin(angle / 2) axis).
+    """
+    angle = float(np.sqrt(np.sum(np.square(rotation))))
+    w = np.cos(0.5 * angle)
+    x, y, z = np.asarray(rotation) / angle * np.sin(0.5 * angle) if angle else np.zeros(3)
+    Q = np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+
+    def look(X: Floats) -> tuple[Floats, Floats]:
+        g, n = distance((X - shift - through) @ Q + through)
+        return g, n @ Q.T
+
+    return look
+
+
+# ------------------------------------------------------------------ what it does
+
+
+def pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple[Floats, Floats]:
+    """Of the law of a gap (n,), m, Pa, and its slope, Pa/m: k s^2 / (1 - s), s = (d - g) / d; from `bend` on a line.
+
+    Written with the gap that is left over the distance, c = 1 - s: k (1 / c - 2 + c).
+    """
+    c = np.clip(g / distance, 1.0 - bend, 1.0)
+    beyond = np.maximum(1.0 - bend - g / distance, 0.0)
+    slope = 1.0 / c**2 - 1.0
+    return stiffness * (1.0 / c - 2.0 + c + slope * beyond), stiffness * slope / distance
+
+
+def shares(points: Floats, triangles: Ints, depth: float) -> Floats:
+    """The integrals of linear shape functions over flat triangles (t, 3) at each node (n,), m^2, by their mid-sides.
+
+    With a `depth`, m, of a slice, over whole rings around the y axis: of second degree, which mid-sides integrate.
+    """
+    X = points[triangles]
+    side = [np.sqrt(((X[:, (k + 1) % 3] - X[:, k]) ** 2).sum(axis=1)) for k in range(3)]
+    a, b, c = np.sort(np.stack(side), axis=0)[::-1]  # Heron's formula as Kahan orders it
+    area = 0.25 * np.sqrt(np.maximum((a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c)), 0.0))
+    found = np.zeros(len(points))
+    for k in range(3):
+        ends = triangles[:, k], triangles[:, (k + 1) % 3]
+        around = np.pi / depth * (points[ends[0], 0] + points[ends[1], 0]) if depth else 1.0
+        for end in ends:
+            np.add.at(found, end, area * around / 6.0)
+    return found
