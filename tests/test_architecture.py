@@ -201,6 +201,7 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
             ".extruded",
             ".filled",
             ".flat",
+            ".instruments",
             ".polygons",
             ".revolved",
             ".sections",

@@ -9,6 +9,7 @@ from softmark.solvers.contact.gaps.gap import Gap
 from softmark.solvers.contact.gaps.round import Ball, Rounded
 from softmark.solvers.contact.gaps.turned import Turned, middle
 from softmark.solvers.mesh.extruded import Extruded
+from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.instruments import HalfSpace, RoundedBox, RoundedTurned
 from softmark.solvers.mesh.polygons import Corners
 from softmark.solvers.mesh.revolved import Revolution
@@ -100,7 +101,15 @@ def extruded(shape: Extruded) -> Gap:
 
 
 def surface(shape: Shape) -> Gap:
-    """Of a closed surface of triangles. Raises UnreadableMesh."""
+    """Of a closed surface of triangles, repaired as those that are filled. Raises UnreadableMesh."""
     from softmark.solvers.contact.gaps.surface import Surface
+    from softmark.solvers.mesh.files.closed import closed
+    from softmark.solvers.mesh.files.flaws import UnreadableMesh
 
-    return Surface(*shape.surface(0.0))
+    whole = shape.closed() if isinstance(shape, Enclosed) else closed(*shape.surface(0.0))
+    if whole.crossings:  # where parts overlap, the nearest triangle may be within: no side of it is outside
+        raise UnreadableMesh(
+            f"its surface passes through itself, at {whole.crossings} triangles: what is inside is not clear",
+            remedy="unite its parts in the program that made it",
+        )
+    return Surface(whole.points, whole.triangles)

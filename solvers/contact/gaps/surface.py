@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
+from softmark.solvers.contact.gaps.boxes import Boxes
 from softmark.solvers.contact.gaps.gap import Look
 from softmark.solvers.mesh.files.closed import normals, signed
-from softmark.solvers.mesh.files.near import pairs
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.shape import Vector3
 
 ON = 1e-12  # of the extent: what is as near is on the surface
-BEYOND = 1e-9  # of a distance: closest points of two triangles that share them differ by rounding
 FOLD = math.radians(30.0)  # triangles that meet at a larger angle meet at an edge; smaller ones stand for a curve
-FEW = 4  # triangles whose middles are nearest: one of these is near enough to begin with
 
 
 class Surface:
@@ -47,10 +44,8 @@ class Surface:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @cached_property
-    def _middles(self) -> Any:
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.corners.mean(axis=1))
+    def _tree(self) -> Boxes:
+        return Boxes(self.corners)
 
     @cached_property
     def _edges(self) -> tuple[Floats, Ints]:
@@ -98,27 +93,8 @@ class Surface:
 
     def _closest(self, X: Floats) -> tuple[Ints, Floats, Floats]:
         """Of points X (n, 3): the closest triangle (n,), shares of its corners (n, 3), and what is left (n, 3), m."""
-        few = min(FEW, len(self.triangles))
-        first = self._middles.query(X, k=few)[1].reshape(len(X), few)
-        rows = np.arange(len(X))
-        best, weight, far = self._best(X, np.repeat(rows, few), first.ravel())
-        for which, t in pairs(X, np.sqrt(far) * (1.0 + BEYOND), self.corners):
-            b, w, f = self._best(X, which, t)
-            nearer = f < far
-            best[nearer], weight[nearer], far[nearer] = b[nearer], w[nearer], f[nearer]
-        return best, weight, X - np.einsum("nk,nki->ni", weight, self.corners[best])
-
-    def _best(self, X: Floats, which: Ints, t: Ints) -> tuple[Ints, Floats, Floats]:
-        """Of pairs of a point and a triangle (p,): by points the closest (n,), shares (n, 3), squares (n,), m^2."""
-        share = shares(X[which], self.corners[t])
-        off = X[which] - np.einsum("pk,pki->pi", share, self.corners[t])
-        square = np.einsum("pi,pi->p", off, off)
-        order = np.lexsort((square, which))
-        own, first = np.unique(which[order], return_index=True)
-        chosen = order[first]
-        best, weight, far = np.zeros(len(X), dtype=np.int64), np.zeros((len(X), 3)), np.full(len(X), np.inf)
-        best[own], weight[own], far[own] = t[chosen], share[chosen], square[chosen]
-        return best, weight, far
+        t, share = self._tree.closest(X)
+        return t, share, X - np.einsum("nk,nki->ni", share, self.corners[t])
 
     def _normal(self, t: Ints, share: Floats) -> Floats:
         """The unit normal of what is closest (n, 3): of a face, of an edge or of a corner."""
@@ -158,31 +134,3 @@ class Surface:
             e /= np.linalg.norm(e, axis=1)[:, None]
             P[edge] -= e[:, :, None] * e[:, None, :]
         return sign * d, n, np.where(sharp, sign / safe, 0.0)[:, None, None] * P
-
-
-def shares(p: Floats, X: Floats) -> Floats:
-    """Of the corners in the closest point of triangles X (n, 3, 3) to p (n, 3): (n, 3); 0 exactly beyond a side.
-
-    The projection onto the plane where it is within, else the nearest of those onto the three sides.
-    """
-    a, ab, ac = X[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
-    n = np.cross(ab, ac)
-    square = np.maximum(np.einsum("ni,ni->n", n, n), 1e-300)
-    off = p - a
-    v = np.einsum("ni,ni->n", np.cross(off, ac), n) / square
-    w = np.einsum("ni,ni->n", np.cross(ab, off), n) / square
-    best: Floats = np.stack([1.0 - v - w, v, w], axis=1)
-    out = np.flatnonzero(best.min(axis=1) < 0.0)
-    far = np.full(len(out), np.inf)
-    for k in range(3):
-        first, way = X[out, k], X[out, (k + 1) % 3] - X[out, k]
-        t = np.einsum("ni,ni->n", p[out] - first, way) / np.maximum(np.einsum("ni,ni->n", way, way), 1e-300)
-        t = np.clip(t, 0.0, 1.0)
-        left = p[out] - first - t[:, None] * way
-        square = np.einsum("ni,ni->n", left, left)
-        nearer = square < far
-        far[nearer] = square[nearer]
-        row = np.zeros((int(nearer.sum()), 3))
-        row[:, k], row[:, (k + 1) % 3] = 1.0 - t[nearer], t[nearer]
-        best[out[nearer]] = row
-    return best
