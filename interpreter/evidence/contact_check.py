@@ -41,8 +41,6 @@ def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], 
     """Forces on the nodes (n, 3), N, of every contact by its name, and what of them is not sure, N. Raises Unchecked."""
     found, unsure = {}, 0.0
     for touch in case.contacts:
-        if touch.thing.friction:
-            raise Unchecked("there is no other formula for friction")
         found[touch.name], left = _of_contact(case, touch, mesh, u)
         unsure += left
     return found, unsure
@@ -92,6 +90,12 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     found = np.zeros_like(u)
     found[nodes] = _flat(case, (area[nodes] * p)[:, None] * n)
+    if touch.thing.friction:
+        from softmark.interpreter.evidence.friction_check import rubbed
+
+        spring = barrier.stiffness / barrier.distance
+        found[nodes] += area[nodes, None] * rubbed(touch, mesh, x, _flat(case, n), p, spring, bool(case.planar))
+        slope = slope + spring
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
     return found, 4.0 * EPS * size * float((area[nodes] * slope).sum())
 
