@@ -107,20 +107,19 @@ class Rubbing(Touching):
         """Anchors where they are now (m, 3), m."""
         return self.pose.moved(self.X if self.anchors is None else self.anchors)
 
-    def lagged(self, x: Floats, soft: float = 1.0, before: Rubbing | None = None) -> Rubbing:
-        """The same with an energy, of the pressures and normals of a state, of which `before` was the law.
+    def softened(self, soft: float) -> Rubbing:
+        """The same `soft` times as stiff, across the surface and along it, from the same gap on.
 
-        It is to be `soft` times as stiff across the surface and along it, and begins at the same gap: nodes that press
-        go behind the surface.
+        Nodes that press are behind the surface then, and whole steps lead there from anywhere near.
         """
-        g, n, _ = (before or self)._near(x)
-        lag = Lag(self.friction * (before or self).barrier.pressure(g), n)
-        made = replace(self, lag=lag, conservative=True)
-        if soft == 1.0:
-            return made
         d = self.barrier.distance
-        posed = Sunk(self.posed, d / soft - d)
-        return replace(made, spring=soft * self.spring, barrier=replace(self.barrier, distance=d / soft), posed=posed)
+        barrier, posed = replace(self.barrier, distance=d / soft), Sunk(self.posed, d / soft - d)
+        return self if soft == 1.0 else replace(self, spring=soft * self.spring, barrier=barrier, posed=posed)
+
+    def lagged(self, x: Floats, before: Rubbing | None = None) -> Rubbing:
+        """The same with an energy, of the pressures and normals of a state, of which `before` was the law."""
+        g, n, _ = (before or self)._near(x)
+        return replace(self, lag=Lag(self.friction * (before or self).barrier.pressure(g), n), conservative=True)
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
         """From anchors to nodes (m, 3), m: all of it, and along the surface of normals n (m, 3)."""

@@ -113,7 +113,7 @@ def _begun(newton: Newton, cap: int | None = None) -> Floats:
     With a cap on linear systems, what that leaves of the way to it. Raises NotConverged where there is none.
     """
     problem = newton.problem
-    if problem.twin is None:
+    if problem.twin is None or problem.rubs:
         return newton.impose(problem.rest, 1.0)
     rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
     start = Newton(rough, newton.history, newton.systems, "corotational start")

@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.problem import NotConverged
 
@@ -21,53 +19,73 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.statics.newton import Newton
 
-MOST = 60  # iterates
-SOFT = (0.01,)  # of the stiffness across and along the surface: first, so that nodes come and go in whole steps
+MOST = 40  # iterates
+SOFT = (0.01, 1.0)  # of the stiffness across and along the surface: first soft, so that nodes come and go in whole steps
 ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
-CLOSE, EACH = 0.05, 8  # residual from which whole steps are tried, and how many
+NEAR = 1e-4  # residual to which the soft one is solved
+EACH = 8  # whole steps of all of it from an iterate
 
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium with friction at a load, from x. Raises NotConverged."""
-    problem = newton.problem
-    before, residual = _at(newton.assembly, load), 1.0
-    for number in range(MOST):
-        soft = SOFT[number] if number < len(SOFT) else 1.0
-        lagged = newton.assembly.acting(newton.assembly.internal, _lagged(newton.assembly, x, load, soft, before))
-        rough = ROUGH if number <= len(SOFT) else max(problem.tolerance, min(ROUGH, FINER * residual))
-        x, before = _descended(newton, lagged, x, load, rough), lagged.loads
-        if soft < 1.0:
-            continue
+    before = None
+    for soft in SOFT:
+        assembly = _softened(newton.assembly, load, soft)
+        tolerance = newton.problem.tolerance if soft == 1.0 else max(newton.problem.tolerance, NEAR)
+        own = _like(newton, assembly, tolerance)
+        x = _settled(own, x, load, before)
+        newton.moved, before = own.moved, assembly
+    _take(newton, own)
+    return x
+
+
+def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+    """The equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
+    residual, tolerance = 1.0, newton.problem.tolerance
+    for _ in range(MOST):
+        rough = max(tolerance, min(ROUGH, FINER * residual))
+        own = _like(newton, _lagged(newton.assembly, x, before), rough)
+        x, before = own.descend(x, load), None
+        newton.moved = own.moved
         _, residual = newton.residual(x, load)
-        if residual > CLOSE and residual > problem.tolerance:
-            continue
-        try:
-            y, done, left = newton.steps(x, EACH, load)
-        except NotConverged:
-            continue
-        if done:
-            return y
-        if np.isfinite(left) and left < 0.1 * residual:
-            x, residual = y, left
+        found = _whole(newton, x, load)
+        if found is not None:
+            return found
     reason = f"friction does not settle at {100 * load:.4g} % of the load, residual {residual:.1e}"
     raise NotConverged(reason, tuple(newton.history))
 
 
-def _descended(newton: Newton, lagged: Assembly, x: Floats, load: float, tolerance: float) -> Floats:
-    """The equilibrium of an iterate, nearly. Raises NotConverged."""
-    problem = replace(newton.problem, assembly=lagged, tolerance=tolerance, exact=None)
+def _whole(newton: Newton, x: Floats, load: float) -> Floats | None:
+    """The equilibrium by whole steps of all of it; None where these do not lead there."""
+    moved = newton.moved
+    try:
+        found, done, _ = newton.steps(x, EACH, load)
+    except NotConverged:
+        done = False
+    if not done:
+        newton.moved = moved
+    return found if done else None
+
+
+def _like(newton: Newton, assembly: Assembly, tolerance: float) -> Newton:
+    """The same iteration over another assembly."""
+    problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None)
     own = type(newton)(problem, newton.history, newton.systems, newton.phase)
     own.towed, own.moved = newton.towed, newton.moved
-    found = own.descend(x, load)
-    newton.moved = own.moved
-    return found
+    return own
 
 
-def _at(assembly: Assembly, load: float) -> Sequence[Any]:
-    return [e.at(load) if e.rubs else e for e in assembly.loads]
+def _take(newton: Newton, own: Newton) -> None:
+    """What is asked of an iteration that has found an equilibrium."""
+    newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 
-def _lagged(assembly: Assembly, x: Floats, load: float, soft: float, before: Sequence[Any]) -> list[Any]:
-    """Loads with the pressures that those before have in x."""
-    each = zip(_at(assembly, load), before, strict=True)
-    return [e.lagged(x, soft, was) if e.rubs else e for e, was in each]
+def _softened(assembly: Assembly, load: float, soft: float) -> Assembly:
+    loads: list[Any] = [e.at(load).softened(soft) if e.rubs else e for e in assembly.loads]
+    return assembly.acting(assembly.internal, loads)
+
+
+def _lagged(assembly: Assembly, x: Floats, before: Assembly | None) -> Assembly:
+    """With the pressures that those before have in x."""
+    each: Any = zip(assembly.loads, (before or assembly).loads, strict=True)
+    return assembly.acting(assembly.internal, [e.lagged(x, was) if e.rubs else e for e, was in each])
