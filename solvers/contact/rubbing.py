@@ -116,10 +116,14 @@ class Rubbing(Touching):
         barrier, posed = replace(self.barrier, distance=d / soft), Sunk(self.posed, d / soft - d)
         return self if soft == 1.0 else replace(self, spring=soft * self.spring, barrier=barrier, posed=posed)
 
-    def lagged(self, x: Floats, before: Rubbing | None = None) -> Rubbing:
-        """The same with an energy, of the pressures and normals of a state, of which `before` was the law."""
+    def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
+        """The same with an energy, of the pressures and normals of a state, of which `before` was the law.
+
+        It `grips` where everything that touches is to stick, whatever the pressure.
+        """
         g, n, _ = (before or self)._near(x)
-        return replace(self, lag=Lag(self.friction * (before or self).barrier.pressure(g), n), conservative=True)
+        p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
+        return replace(self, lag=Lag(self.friction * p, n), conservative=True)
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
         """From anchors to nodes (m, 3), m: all of it, and along the surface of normals n (m, 3)."""

@@ -77,7 +77,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
     whole = [] if problem.longest < 1.0 else [_free]  # of a turn either would find another, by whole turns off
-    for way in [*ways, *whole, _stepped] if problem.bold else ways:
+    whole += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
+    for way in [*ways, *whole] if problem.bold else ways:
         try:
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest

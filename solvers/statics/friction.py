@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.statics.newton import Newton
 
-MOST = 40  # iterates
-SOFT = (0.01, 1.0)  # of the stiffness across and along the surface: first soft, so that nodes come and go in whole steps
+MOST, WITHIN = 12, 20  # iterates, and steps of each
+SOFT = 0.01  # of the stiffness across and along the surface: first soft, so that nodes come and go in whole steps
+CLOSEST = 1.5  # from one stiffness to the next: given up below
 ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
 NEAR = 1e-4  # residual to which the soft one is solved
 EACH = 8  # whole steps of all of it from an iterate
@@ -28,13 +29,19 @@ EACH = 8  # whole steps of all of it from an iterate
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium with friction at a load, from x. Raises NotConverged."""
-    before = None
-    for soft in SOFT:
-        assembly = _softened(newton.assembly, load, soft)
-        tolerance = newton.problem.tolerance if soft == 1.0 else max(newton.problem.tolerance, NEAR)
+    soft, target, before, own = 0.0, SOFT, None, newton
+    while soft < 1.0:
+        assembly = _softened(newton.assembly, load, target)
+        tolerance = newton.problem.tolerance if target == 1.0 else max(newton.problem.tolerance, NEAR)
         own = _like(newton, assembly, tolerance)
-        x = _settled(own, x, load, before)
-        newton.moved, before = own.moved, assembly
+        try:
+            y = _settled(own, x, load, before)
+        except NotConverged:
+            if not soft or target < CLOSEST * soft:
+                raise
+            target = (soft * target) ** 0.5
+            continue
+        x, before, newton.moved, soft, target = y, assembly, own.moved, target, 1.0
     _take(newton, own)
     return x
 
@@ -42,9 +49,9 @@ def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
 def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
     """The equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
     residual, tolerance = 1.0, newton.problem.tolerance
-    for _ in range(MOST):
+    for number in range(MOST):
         rough = max(tolerance, min(ROUGH, FINER * residual))
-        own = _like(newton, _lagged(newton.assembly, x, before), rough)
+        own = _like(newton, _lagged(newton.assembly, x, before, grips=before is None and not number), rough)
         x, before = own.descend(x, load), None
         newton.moved = own.moved
         _, residual = newton.residual(x, load)
@@ -69,7 +76,7 @@ def _whole(newton: Newton, x: Floats, load: float) -> Floats | None:
 
 def _like(newton: Newton, assembly: Assembly, tolerance: float) -> Newton:
     """The same iteration over another assembly."""
-    problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None)
+    problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None, max_iterations=WITHIN)
     own = type(newton)(problem, newton.history, newton.systems, newton.phase)
     own.towed, own.moved = newton.towed, newton.moved
     return own
@@ -85,7 +92,7 @@ def _softened(assembly: Assembly, load: float, soft: float) -> Assembly:
     return assembly.acting(assembly.internal, loads)
 
 
-def _lagged(assembly: Assembly, x: Floats, before: Assembly | None) -> Assembly:
-    """With the pressures that those before have in x."""
+def _lagged(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
+    """With the pressures that those before have in x; at first, where nothing is known of them, everything sticks."""
     each: Any = zip(assembly.loads, (before or assembly).loads, strict=True)
-    return assembly.acting(assembly.internal, [e.lagged(x, was) if e.rubs else e for e, was in each])
+    return assembly.acting(assembly.internal, [e.lagged(x, was, grips) if e.rubs else e for e, was in each])
