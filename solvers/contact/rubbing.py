@@ -31,6 +31,31 @@ class Lag:
     n: Floats
 
 
+class Dual:
+    """What the tangent of a lag remembers: tractions t (m, 3), Pa, as the iterate before promised them.
+
+    The law times its denominator, w t = most s with w = max(|s|, most / k), is linear enough to be linearised: a node
+    that has just come to slide keeps some stiffness along its slip, and does not run away (Chan, Golub and Mulet 1999,
+    SIAM J. Sci. Comput. 20:1964, eq. 4.6). Near the solution t is what it is, and the tangent exact.
+    """
+
+    def __init__(self) -> None:
+        self.known: tuple[Floats, Floats, Floats, Floats] | None = None  # s, t, u, w of the iterate before
+
+    def at(self, s: Floats, size: Floats, most: Floats, spring: float) -> Floats:
+        """The tractions (m, 3) for a tangent at slips s (m, 3), m."""
+        w = np.maximum(np.maximum(size, most / spring), TINY)
+        u = np.where((spring * size > most)[:, None], s / np.maximum(size, TINY)[:, None], 0.0)
+        if self.known is None:
+            t = most[:, None] * s / w[:, None]
+        else:
+            s0, t0, u0, w0 = self.known
+            t = (most[:, None] * s - t0 * np.einsum("ij,ij->i", u0, s - s0)[:, None]) / w0[:, None]
+            t *= np.minimum(1.0, most / np.maximum(np.linalg.norm(t, axis=1), TINY))[:, None]
+        self.known = s, t, u, w
+        return t
+
+
 @dataclass(frozen=True)
 class Slip:
     """How nodes stand to their anchors.
@@ -90,6 +115,7 @@ class Rubbing(Touching):
     carries: Callable[[float], Pose] = lambda share: Pose()
     anchors: Floats | None = None  # (m, 3) m, in the body as it is declared; None: where the nodes are at rest
     lag: Lag | None = None
+    dual: Dual | None = None
     conservative: bool = False
 
     @property
@@ -114,7 +140,8 @@ class Rubbing(Touching):
         """
         d = self.barrier.distance
         barrier, posed = replace(self.barrier, distance=d / soft), Sunk(self.posed, d / soft - d)
-        return self if soft == 1.0 else replace(self, spring=soft * self.spring, barrier=barrier, posed=posed)
+        made = replace(self, dual=Dual())
+        return made if soft == 1.0 else replace(made, spring=soft * self.spring, barrier=barrier, posed=posed)
 
     def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
         """The same with an energy, of the pressures and normals of a state, of which `before` was the law.
@@ -179,6 +206,10 @@ class Rubbing(Touching):
             blocks = blocks - np.einsum("mi,mi->m", n, d)[:, None, None] * H
         u = s / np.maximum(slip.size, TINY)[:, None]
         across = blocks - u[:, :, None] * np.einsum("mi,mij->mj", u, blocks)[:, None, :]
+        if self.lag is not None and self.dual is not None and np.isfinite(most).all():
+            t = self.dual.at(s, slip.size, most, self.spring) / np.maximum(most, TINY)[:, None]
+            both = t[:, :, None] * u[:, None, :]
+            across = blocks - 0.5 * (both + both.swapaxes(1, 2))
         stiff = np.where(slip.slides, slip.t / np.maximum(slip.size, TINY), self.spring)[:, None, None]
         blocks = stiff * np.where(slip.slides[:, None, None], across, blocks)
         if self.lag is None and not projected:
