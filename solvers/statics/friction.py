@@ -12,30 +12,45 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from softmark.solvers.energies.energy import Floats
+import numpy as np
+
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.statics.problem import NotConverged
 
 if TYPE_CHECKING:
-    from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.statics.newton import Newton
+    from softmark.solvers.statics.problem import Statics
 
 MOST, WITHIN = 12, 20  # iterates, and steps of each
 SOFT = 0.01  # of the stiffness across and along the surface: first soft, so that nodes come and go in whole steps
+BESIDE = 0.5  # residual of a start from which it is found at once
 CLOSEST = 1.5  # from one stiffness to the next: given up below
 ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
 NEAR = 1e-4  # residual to which the soft one is solved
-EACH = 8  # whole steps of all of it from an iterate
+EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as the residual falls
 
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium with friction at a load, from x. Raises NotConverged."""
+    if newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
+        own = _like(newton, _softened(newton.assembly, load, 1.0), newton.problem.tolerance)
+        try:
+            found = _settled(own, x, load, None, grips=False)
+        except NotConverged:
+            pass
+        else:
+            newton.moved = own.moved
+            _take(newton, own)
+            return found
     soft, target, before, own = 0.0, SOFT, None, newton
     while soft < 1.0:
         assembly = _softened(newton.assembly, load, target)
         tolerance = newton.problem.tolerance if target == 1.0 else max(newton.problem.tolerance, NEAR)
         own = _like(newton, assembly, tolerance)
         try:
-            y = _settled(own, x, load, before)
+            y = _settled(own, x, load, before, before is None)
         except NotConverged:
             if not soft or target < CLOSEST * soft:
                 raise
@@ -46,32 +61,59 @@ def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     return x
 
 
-def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool) -> Floats:
     """The equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
     residual, tolerance = 1.0, newton.problem.tolerance
-    for number in range(MOST):
+    for _ in range(MOST):
         rough = max(tolerance, min(ROUGH, FINER * residual))
-        own = _like(newton, _lagged(newton.assembly, x, before, grips=before is None and not number), rough)
-        x, before = own.descend(x, load), None
+        own = _like(newton, _lagged(newton.assembly, x, before, grips), rough)
+        x, before, grips = own.descend(x, load), None, False
         newton.moved = own.moved
         _, residual = newton.residual(x, load)
-        found = _whole(newton, x, load)
+        found = _whole(newton, x, load, residual)
         if found is not None:
             return found
     reason = f"friction does not settle at {100 * load:.4g} % of the load, residual {residual:.1e}"
     raise NotConverged(reason, tuple(newton.history))
 
 
-def _whole(newton: Newton, x: Floats, load: float) -> Floats | None:
-    """The equilibrium by whole steps of all of it; None where these do not lead there."""
-    moved = newton.moved
-    try:
-        found, done, _ = newton.steps(x, EACH, load)
-    except NotConverged:
-        done = False
+def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
+    """The equilibrium by whole steps of all of it, from a residual; None where these do not lead there."""
+    moved, done = newton.moved, False
+    for most in EACH:
+        try:
+            x, done, left = newton.steps(x, most, load)
+        except NotConverged:
+            break
+        if done or not left < residual:
+            break
     if not done:
         newton.moved = moved
-    return found if done else None
+    return x if done else None
+
+
+def towed(problem: Statics, before: Sequence[Energy], x: Floats) -> Floats:
+    """A state x of contacts `before`, carried on as if everything that touches stuck to rigid bodies that move.
+
+    Solves (K + C) d = C v, C the stiffness of contacts that hold on and v the way of each node with its rigid body.
+    """
+    assembly = problem.assembly
+    old, way = [], np.zeros_like(x)
+    for energy, was in zip(assembly.loads, before, strict=True):
+        known: Any = was
+        old.append(known.lagged(x, grips=True) if energy.rubs else was)
+        if energy.rubs:
+            now: Any = energy
+            places = known.places(x)
+            way[known.stencils] = now.pose.moved(known.pose.back(places)) - places
+    rigid = [e for e, was in zip(old, before, strict=True) if was.rubs]
+    free = assembly.free
+    fixed = np.setdiff1d(np.arange(assembly.dofs), free)
+    C = Assembly(assembly.dofs, fixed, [], rigid).tangent(x, 1.0)
+    K = assembly.acting(assembly.internal, old).tangent(x, 1.0)
+    d = np.zeros_like(x)
+    d[free] = factor(K).solve(C @ way[free])
+    return x + d
 
 
 def _like(newton: Newton, assembly: Assembly, tolerance: float) -> Newton:

@@ -130,17 +130,15 @@ class PreparedSolid(OnMesh):
 
     def after(self, before: Moved) -> PreparedSolid:
         """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
-        if self.disturbance:
-            return self
         begun = replace(self, first=None, before=np.ravel(before.displacement))
-        return outside.resumed(begun, before.past) if before.past else begun
+        return self if self.disturbance else outside.resumed(begun, before.past)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
         problem = replace(self.problem, watch=watch)
         if self.before is not None:
-            problem = replace(problem, start=self.unknowns.begun(self.before))
+            problem = outside.begun(problem, self.unknowns.begun(self.before), self.contacts, self.past)
         if self.first is None:
             return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)

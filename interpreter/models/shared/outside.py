@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats
     from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.problem import Statics
 
 
 def beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
@@ -47,11 +48,22 @@ def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
 
 def resumed(prepared: PreparedSolid, past: Past) -> PreparedSolid:
     """A model that goes on from what friction remembers of the state before."""
+    if not past:
+        return prepared
     from softmark.interpreter.models.shared import rubbing
 
     contacts = rubbing.resumed(prepared.contacts, past)
     problem = rubbing.exchanged(prepared.problem, prepared.contacts, contacts)
     return replace(prepared, contacts=contacts, problem=problem, past=past)
+
+
+def begun(problem: Statics, x: Floats, contacts: Mapping[str, Touching], past: Past) -> Statics:
+    """A problem that starts from a state x before, moved on with what sticks to rigid bodies."""
+    if not past:
+        return replace(problem, start=x)
+    from softmark.interpreter.models.shared import rubbing
+
+    return replace(problem, start=rubbing.begun(problem, x, contacts, past))
 
 
 def touched(found: Carried, contacts: Mapping[str, Touching], case: Case, before: Past) -> Carried:

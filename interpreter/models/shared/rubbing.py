@@ -24,16 +24,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Rubbed:
-    """What a state leaves of a contact with friction.
+    """What a state leaves of a contact with friction: the `contact` itself, with the anchors that it leaves.
 
-    `anchors` (m, 3) are points of the rigid body as it is declared, m, `slid` (m,) how far each node has slid in all, m,
-    `work` what friction has turned into heat up to it, J, and `now` in this state alone.
+    `slid` (m,) is how far each node has slid in all, m, `work` what friction has turned into heat up to this state, J,
+    and `now` in it alone.
     """
 
-    anchors: Floats
+    contact: Rubbing
     slid: Floats
     work: float
     now: float
+
+    @property
+    def anchors(self) -> Floats:
+        """Points of the rigid body as it is declared (m, 3), m."""
+        assert self.contact.anchors is not None
+        return self.contact.anchors
 
 
 Past = Mapping[str, Rubbed]
@@ -48,7 +54,7 @@ def past_of(contacts: Mapping[str, Touching], u: Floats, before: Past) -> dict[s
             slid = np.where(slip.t > 0.0, np.maximum(slip.size - slip.t / contact.spring, 0.0), 0.0)
             earlier = before.get(name)
             known = (np.zeros_like(slid), 0.0) if earlier is None else (earlier.slid, earlier.work)
-            found[name] = Rubbed(contact.settled(u), known[0] + slid, known[1] + lost, lost)
+            found[name] = Rubbed(replace(contact, anchors=contact.settled(u)), known[0] + slid, known[1] + lost, lost)
     return found
 
 
@@ -67,6 +73,15 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
 def resumed(contacts: Mapping[str, Touching], past: Past) -> dict[str, Touching]:
     """Contacts that go on from where a state has left their anchors."""
     return {n: replace(c, anchors=past[n].anchors) if n in past else c for n, c in contacts.items()}  # type: ignore[call-arg]
+
+
+def begun(problem: Statics, x: Floats, contacts: Mapping[str, Touching], past: Past) -> Floats:
+    """The state x (dofs,) before, carried along by what its nodes stick to."""
+    from softmark.solvers.statics.friction import towed
+
+    own = {id(contacts[name]): known.contact for name, known in past.items()}
+    before: list[Energy] = [own.get(id(e), e) for e in problem.assembly.loads]
+    return towed(problem, before, x)
 
 
 def exchanged(problem: Statics, old: Mapping[str, Touching], new: Mapping[str, Touching]) -> Statics:
