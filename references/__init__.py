@@ -16,6 +16,10 @@
     torsion            a cylinder of rubber that is twisted by any angle, with what its ends carry
     inflation          a ball of rubber that is blown up; `rubber` has the laws of both
     goodier, kirsch    an inclusion or a cavity in a ball, a hole in a plate, pulled from afar: `round_core` solves both
+    hertz, hertz_line, sneddon  a rigid sphere, cylinder, cone or punch that is pressed into a face: `half_space`
+    dimitriadis, pressed_layer  the same into a layer, by a series and by the integral equation of `layer`
+    cattaneo_mindlin   a sphere that is pressed and dragged, with friction
+    signorini          a bar that a rigid plane stops
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
 
@@ -40,23 +44,30 @@ Importing this package imports neither numpy nor scipy: naming a reference costs
 
 from __future__ import annotations
 
+from softmark.references.cattaneo_mindlin import CattaneoMindlin
 from softmark.references.confined import Confined
 from softmark.references.consensus import Consensus, ConsensusCurve
 from softmark.references.ct_volume import CtVolume
 from softmark.references.curve import CurveInTable
+from softmark.references.dimitriadis import Dimitriadis
 from softmark.references.elastica import Elastica
 from softmark.references.frame_theory import FrameTheory
 from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
+from softmark.references.hertz import Hertz
+from softmark.references.hertz_line import HertzLine
 from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
 from softmark.references.mandel import Mandel
 from softmark.references.markers import TrackedPoints
+from softmark.references.pressed_layer import PressedLayer
 from softmark.references.prony import Prony
 from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
+from softmark.references.signorini import Signorini
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
+from softmark.references.sneddon import Sneddon
 from softmark.references.surface import SurfaceScan
 from softmark.references.terzaghi import Terzaghi
 from softmark.references.torsion import Torsion
@@ -80,6 +91,13 @@ REFERENCES: dict[str, type] = {
     "mandel": Mandel,
     "unconfined": Unconfined,
     "confined": Confined,
+    "hertz": Hertz,
+    "hertz_line": HertzLine,
+    "sneddon": Sneddon,
+    "dimitriadis": Dimitriadis,
+    "pressed_layer": PressedLayer,
+    "cattaneo_mindlin": CattaneoMindlin,
+    "signorini": Signorini,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

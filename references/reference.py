@@ -10,16 +10,16 @@ KINDS: dict[How, Kind] = {
     "solved": "theory", "measured": "measurement", "refined": "own_models", "scanned": "virtual_scan",
 }  # fmt: skip
 About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere", "hole", "relaxing", "frame",
-                "column", "pressed_column", "slab", "disc"]  # fmt: skip
+                "column", "pressed_column", "slab", "disc", "pressed", "stopped"]  # fmt: skip
 
 
 class Reference:
     """A reference, and by what it is known.
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
-    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a PressedColumn, a Squeezed or what
-    makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a
-    KnownValue.
+    BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a PressedColumn, a Squeezed, a Pressed, a
+    StoppedBar or what makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints, a
+    MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """
@@ -29,6 +29,7 @@ class Reference:
     wired: ClassVar[bool] = False  # whether it is about networks, and no other bodies
     with_stress: ClassVar[bool] = False  # whether it knows stress and strain, too
     with_forces: ClassVar[bool] = False  # whether it knows what supports carry, and energies
+    with_displacements: ClassVar[bool] = True  # whether it knows how points move
     table: ClassVar[str] = ""  # what a file is that is not such a one, for messages
     about: ClassVar[About] = "cantilever"  # what it is solved for
     means: ClassVar[str] = ""  # of a theory, by what it is solved: `closed form`

@@ -64,6 +64,7 @@ BROAD = {
     "ring-of-a-file",
     "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
+    "hollow-cantilever",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB

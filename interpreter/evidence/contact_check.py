@@ -15,9 +15,10 @@ import numpy as np
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
-from softmark.interpreter.models.shared.contacting import barrier_of
+from softmark.interpreter.models.shared.contacting import barrier_of, finer
 from softmark.solvers.checks import solids, touching
 from softmark.solvers.checks.solids import EPS, Floats, Ints
+from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -38,8 +39,8 @@ ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
 def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
-    """Forces on the nodes (n, 3), N, of every contact by its name, and what of them is not sure, N. Raises Unchecked."""
-    found, unsure = {}, 0.0
+    """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
+    found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
         found[touch.name], left = _of_contact(case, touch, mesh, u)
         unsure += left
@@ -82,7 +83,10 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
 
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
+    barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
+    if not case.planar and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
+        raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.flatnonzero(area > 0.0)
     x = _flat(case, mesh.points + u)[nodes]
@@ -125,8 +129,9 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
         X = mesh.points[facets]
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
-    named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
-    return facets[~named[facets].all(axis=1)]
+    named = np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1)
+    free: Ints = facets[~np.asarray(named[facets]).all(axis=1)]
+    return free
 
 
 # ------------------------------------------------------------------ rigid bodies

@@ -90,6 +90,10 @@ class Stated(Answer):
             "solver": self._solver,
         }
         found |= selection(self)
+        if self.case.contacts:
+            from softmark.interpreter.evidence.contact_error import gaps
+
+            found |= gaps(self)
         if self.case.parts:
             from softmark.interpreter.evidence.region_error import parts
 

@@ -232,7 +232,7 @@ class FacetSweep:
         """x, y, z at local points xi (l, m, 2) of facets f (l,)."""
         kind = self.corners.shape[1]
         N = solids.shape(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
-        X = np.einsum("lmk,lki->iml", N, self.corners[f])
+        X = (N @ self.corners[f]).transpose(2, 1, 0)
         return tuple(X) if self.out is None else self.out(tuple(X))
 
     def _told(self) -> Ints:

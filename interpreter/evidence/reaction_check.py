@@ -42,7 +42,9 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
         why = "what acts is less than rounding leaves" if scale > 0.0 else "nothing acts"
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": why}
         return {"reactions": nothing}, None
-    force, moment = _relative(_total(carried, known), carried, scale)
+    within = {pair.name for pair in found.case.pairs}  # of whose forces those on one side are told
+    outer = {name: own for name, own in known.items() if name not in within}
+    force, moment = _relative(_total(carried, outer), carried, scale)
     facts: dict[str, Any] = {"force": force, "moment": moment, "allowed": allowed / scale}
     reason = None
     if not carried.turns_freely:

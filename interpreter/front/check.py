@@ -90,7 +90,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Shapes whose fields do not go together."""
-    for body in scene.of_kind("body").values():
+    for body in (*scene.of_kind("body").values(), *scene.of_kind("rigid").values()):
         problem = body.thing.shape.fault
         if problem:
             at = body.at("region" if body.thing.planar else "shape")
@@ -211,6 +211,8 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    if any(_blamed(contact, found) for contact in scene.of_kind("contact").values()):
+        return  # of which it is not known what they would do
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
@@ -404,6 +406,13 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from unresolved(scene)
 
 
+def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.front import contacts, impacts
+
+        yield from (*contacts.faults(scene), *impacts.faults(scene))
+
+
 def _looks_at(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
     body: str | None = scene.declared[metric].thing.body_in(scene)
@@ -459,7 +468,17 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
-LOCAL: tuple[Check, ...] = (_one_analysis, _shapes, _plane, _symmetric, _selections, _places, _meshes, _lints)
+LOCAL: tuple[Check, ...] = (
+    _one_analysis,
+    _shapes,
+    _contacts,
+    _plane,
+    _symmetric,
+    _selections,
+    _places,
+    _meshes,
+    _lints,
+)
 WHOLE: tuple[Check, ...] = (
     _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
     _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,

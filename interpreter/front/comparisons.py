@@ -1,7 +1,8 @@
 """What a metric, a probe or a support asks of a reference, and whether that kind of reference can tell.
 
 A theory and a model are fields of displacements, known at every point. A measured surface says where the body
-ended, and of no point where it came from. Tracked points are known where they were tracked, and nowhere else.
+ended, and of no point where it came from. Tracked points are known where they were tracked, and nowhere else. Some
+theories know forces alone.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ from softmark.references.curve import CurveFromFile
 from softmark.references.markers import TrackedPoints
 from softmark.references.values import GivenValues
 
-Known = Literal["field", "surface", "points", "curve", "value"]
+Known = Literal["field", "forces", "surface", "points", "curve", "value"]
 
 KNOWN = {
     "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
-    "curve": "a measured curve", "value": "a value that is given",
+    "forces": "a theory of forces alone", "curve": "a measured curve", "value": "a value that is given",
 }  # fmt: skip
 POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
 
@@ -62,6 +63,8 @@ def known_of(reference: Declared) -> Known:
         return "curve"
     if isinstance(reference.thing, GivenValues):
         return "value"
+    if reference.kind == "reference" and not reference.thing.with_displacements:
+        return "forces"
     return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 
 
@@ -193,6 +196,9 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if isinstance(metric.thing, OfForces) and reference.kind != "model" and not reference.thing.with_forces:
         return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
+    if known == "forces" and not isinstance(metric.thing, OfForces | OfCurves):
+        return _Refusal("against", f"`{word}` cannot be told from `{name}`, which is {KNOWN[known]}", KNOWN[known],
+                        "compare `force(...)` with it")  # fmt: skip
     if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip

@@ -78,7 +78,7 @@ class Binder:
         try:
             return rigid(self.compiler.named(given[0], "body", self.module, given[1]))
         except Bad:
-            return False
+            return True  # of one that is wrong itself no more is said
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text

@@ -14,6 +14,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.pairs import Itself, Tied
 from softmark.interpreter.vocabulary.supports import Bedded, Drain, InPlane, Level, OnAxis
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
@@ -68,6 +69,7 @@ class Case:
     groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
     beds: tuple[Declared, ...] = ()  # springs and plates: supports that hold nothing where it is
     contacts: tuple[Touch, ...] = ()  # rigid bodies that it must not pass
+    pairs: tuple[Declared, ...] = ()  # contacts with itself, and what is glued together
     drains: tuple[Declared, ...] = ()  # where fluid goes through its surface: supports that hold no point of it
     wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
     leaning: tuple[int, int] = (
@@ -192,7 +194,7 @@ def _made(scene: Scene, body: str) -> Case:
     regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
         regions = []  # parts of the body's own material are parts in name only
-    acting = scene.acting("support", body)
+    acting, touching = scene.acting("support", body), scene.acting("contact", body)
     beds = tuple(s for s in acting if isinstance(s.thing, Bedded | Level))
     drains = tuple(s for s in acting if isinstance(s.thing, Drain))
     return Case(
@@ -206,7 +208,8 @@ def _made(scene: Scene, body: str) -> Case:
         parts=tuple(regions),
         beds=beds,
         drains=drains,
-        contacts=tuple(_touch(scene, contact) for contact in scene.acting("contact", body)),
+        contacts=tuple(_touch(scene, contact) for contact in touching if not isinstance(contact.thing, Itself | Tied)),
+        pairs=tuple(contact for contact in touching if isinstance(contact.thing, Itself | Tied)),
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import AtRest
 
 
+CONTACT = ("pressed", "stopped")  # what references of contact are about
+CLEAR = "what it touches is left out", "compare with a theory of contact, as `hertz(...)`, or leave the contact out"
 POROUS = ("column", "pressed_column", "slab", "disc")  # what references of bodies full of fluid are about
 FULL = (
     "its body is full of fluid that seeps",
@@ -56,6 +58,8 @@ def problem_of(reference: Declared, case: Case) -> Any:
     try:
         if case.porous != (reference.thing.about in POROUS):
             raise Refused(*(FULL if case.porous else DRY))
+        if case.contacts and reference.thing.about not in CONTACT:
+            raise Refused(*CLEAR)
         if reference.thing.about not in ("relaxing", *POROUS) and case.remembers:
             raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
@@ -92,6 +96,14 @@ def _problem(reference: Declared, case: Case) -> Any:
             if about in ("slab", "disc"):
                 return porous_theory.squeezed_of(reference, case)
             return porous_theory.column_of(case) if about == "column" else porous_theory.pressed_column_of(case)
+        case "pressed":
+            from softmark.interpreter.problem.contact_theory import pressed_of
+
+            return pressed_of(reference, case)
+        case "stopped":
+            from softmark.interpreter.problem.stopped_theory import bar_of as stopped_bar_of
+
+            return stopped_bar_of(case)
         case "frame":
             from softmark.interpreter.problem.frame_problem import frame_of
 
@@ -123,6 +135,10 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
     if not reference.thing.with_forces:
         return None
     own: Any = found
+    if reference.thing.about in CONTACT:
+        from softmark.interpreter.problem import contact_theory
+
+        return contact_theory.at_rest(reference, case, own)
     if reference.thing.about in POROUS:
         from softmark.interpreter.problem import porous_theory
 
@@ -152,6 +168,10 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
         from softmark.interpreter.problem import porous_theory
 
         return porous_theory.doubt_of(found)
+    if reference.thing.about in CONTACT:
+        from softmark.interpreter.problem import contact_theory
+
+        return contact_theory.doubt_of(found)
     if not reference.thing.with_stress:
         return None
     from softmark.interpreter.problem.far_stress import doubt_of
@@ -165,6 +185,10 @@ def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     if reference.thing.about == "inflation":
         limit = own.limit
         return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
+    if reference.thing.about in CONTACT:
+        from softmark.interpreter.problem import contact_theory
+
+        return contact_theory.facts_of(own)
     if reference.thing.about == "pressed_column":
         return {"force_error_N": own.pull_error}
     if not reference.thing.with_stress:

@@ -95,6 +95,22 @@ class Friction(Plain):
     work: float
 
 
+@dataclass(frozen=True)
+class Touched(Plain):
+    """What a report says of a contact: what it comes to, and its force and moment on the body that deforms.
+
+    `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known.
+    """
+
+    touch: Touch
+    reaction: Reaction
+    overlap: float | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """Of all three."""
+        return {**self.touch.entries(), "overlap": self.overlap, **self.reaction.entries()}
+
+
 class Pressed(Protocol):
     """The surface of a body that something may press on."""
 

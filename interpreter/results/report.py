@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.results.loads import Resultant
-    from softmark.interpreter.results.reactions import HeldSupport
+    from softmark.interpreter.results.reactions import HeldSupport, Touched
     from softmark.interpreter.results.stated import StatedError
 
 SCHEMA = "softmark-report/1"
@@ -202,6 +202,7 @@ class ModelResult:
     stated: Mapping[str, StatedError] = field(default_factory=dict)  # errors, where it was asked
     loads: Mapping[str, Resultant] = field(default_factory=dict)  # what acts, and what was asked
     reactions: Mapping[str, HeldSupport] = field(default_factory=dict)  # of each support
+    contacts: Mapping[str, Touched] = field(default_factory=dict)  # what each comes to
     kind: ModelKind | None = None  # of one that has others of its kind
     stress: Any = None  # where a scene asks for it: what gives the stresses of the mesh, for files
     constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
@@ -226,6 +227,7 @@ class ModelResult:
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
+        own |= {"contacts": clean(self.contacts)} if self.contacts else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
         return own | _in_each(self.states, self.each)
 

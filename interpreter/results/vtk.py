@@ -1,7 +1,8 @@
 """Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
 
-Where a scene asks for stress, meshes have it at their nodes as well, and porous bodies the pressure of their fluid;
-where constants of materials vary in space, cells have their means of them, in SI.
+Where bodies touch, meshes have the pressure on the surface and the gap of each contact at their nodes. Where a scene
+asks for stress, they have it at their nodes as well, and porous bodies the pressure of their fluid; where constants of
+materials vary in space, cells have their means of them, in SI.
 
 A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
 `displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
@@ -66,7 +67,7 @@ def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
     stress, constants = outcome.stress, _constants(outcome)
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
     times, frames, last = mesh.times, mesh.frames, {"displacement": np.asarray(mesh.displacement)}
-    known = ({} if stress is None else _stress(stress)) | _fluid(mesh)
+    known = ({} if stress is None else _stress(stress)) | _fluid(mesh) | _pressed(outcome)
     if times is None or frames is None:
         return [_write(target / f"{name}.vtu", X, cells, last | known, constants)]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
@@ -95,13 +96,20 @@ def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) 
 def _at_nodes(result: ModelResult) -> dict[str, Floats]:
     """Displacements of a state of rest, and stress where it is asked for."""
     known = {} if result.stress is None else _stress(result.stress)
-    return {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh)
+    return {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh) | _pressed(result)
 
 
 def _fluid(mesh: Any) -> dict[str, Floats]:
     """The pressure of the fluid at the nodes of a porous body, Pa; nothing of another."""
     found = getattr(mesh, "pore_pressure", None)
     return {} if found is None else {"pore_pressure": np.asarray(found)}
+
+
+def _pressed(result: ModelResult) -> dict[str, Floats]:
+    """The pressure on the surface, Pa, and the gap, m, of each contact at the nodes; nothing where there is none."""
+    fields = {name: own.touch.field for name, own in result.contacts.items()}
+    known = {name: field.at_nodes for name, field in fields.items() if field is not None}
+    return {f"{name}_{word}": values for name, own in known.items() for word, values in own.items()}
 
 
 def _constants(result: ModelResult) -> dict[str, Floats]:

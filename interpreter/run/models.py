@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from operator import add
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,7 @@ from softmark.interpreter.problem.case import Case, Fault
 from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.problem.points import seen_finite
 from softmark.interpreter.problem.view import View
+from softmark.interpreter.results.reactions import AtRest, Touched
 from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.interpreter.run import probes
@@ -101,8 +103,18 @@ def solve(work: Work, name: str) -> None:
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
+                                    contacts=touched(rest, solution.facts),
                                     stress=solution.stress if solution.mesh and asks(work.scene) else None,
                                     constants=of_cells(case, solution.mesh))  # fmt: skip
+
+
+def touched(rest: AtRest, facts: Mapping[str, Any]) -> dict[str, Touched]:
+    """What a report says of contacts, by name."""
+    checks = (facts.get("checks") or {}).get("contact") or {}
+    return {
+        name: Touched(touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"))
+        for name, touch in rest.touches.items()
+    }
 
 
 def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

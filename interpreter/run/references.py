@@ -109,7 +109,8 @@ def _reference(work: Work, declared: Declared) -> None:
         error, rest = float(found.estimated_error), at_rest_of(declared, case, found)
         more = Known(rest, stress_of(declared, found), doubt_of_theory(declared, found))
         facts = facts_of_theory(declared, found)
-        _keep_reference(work, declared, lambda X: above(found.displacement(X), error), error, facts, more)
+        displacement = (lambda X: above(found.displacement(X), error)) if declared.thing.with_displacements else None
+        _keep_reference(work, declared, displacement, error, facts, more)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
@@ -133,14 +134,14 @@ def _keep_refined(work: Work, declared: Declared) -> None:
 def _keep_reference(
     work: Work,
     declared: Declared,
-    displacement: Callable[[Any], Any],
+    displacement: Callable[[Any], Any] | None,
     error: float,
     facts: Mapping[str, Any] | None = None,
     more: Known | None = None,
 ) -> None:
-    """A reference that has a field of displacements."""
+    """A reference that has a field of displacements, or forces alone."""
     cls, case = type(declared.thing), work.case(declared)
-    seen = probes.look(work, case.body.name, displacement)
+    seen = {} if displacement is None else probes.look(work, case.body.name, displacement)
     if not (np.isfinite(error) and all(map(seen_finite, seen.values()))):
         _failed(work, declared, "its displacements are not finite numbers")
         return

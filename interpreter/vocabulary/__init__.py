@@ -21,6 +21,7 @@ from softmark.interpreter.vocabulary.loads import (
     Torque,
     Traction,
 )
+from softmark.interpreter.vocabulary.pairs import Itself, Tied
 from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published import Column
 from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
@@ -67,6 +68,8 @@ SUPPORTS: dict[str, type[Any]] = {
 
 CONTACTS: dict[str, type[Any]] = {
     "between": Between,
+    "itself": Itself,
+    "tied": Tied,
 }
 
 LOADS: dict[str, type[Any]] = {

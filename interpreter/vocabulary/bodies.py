@@ -58,9 +58,8 @@ class Planar(MadeOf):
         if not self.region.flat:
             given: Shape = self.region
             return given
-        from softmark.solvers.mesh.flat import Slice
-
-        return Slice(self.region, self.thickness)
+        sliced: Shape = self.region.slice(self.thickness)
+        return sliced
 
     @property
     def of_file(self) -> Shape:

@@ -80,4 +80,13 @@ class Assembly:
         for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
                 energy.add_hessian(x, data, slots, scale, projected)
-        return self.pattern.matrix(data)
+        K = self.pattern.matrix(data)
+        for energy, scale in self._scaled(load):
+            if energy.wandering:
+                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).tocsr()  # type: ignore[attr-defined]
+        return K
+
+    def limit(self, x: Floats, d: Floats) -> float:
+        """The part of an increment d (dofs,), at most 1, that can be gone before bodies would meet."""
+        each = (e for e in (*self.internal, *self.loads) if e.wandering)
+        return min((e.limit(x, d) for e in each), default=1.0)  # type: ignore[attr-defined]

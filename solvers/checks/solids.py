@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
-from itertools import product
+from itertools import accumulate, product
 from typing import Any
 
 import numpy as np
@@ -63,21 +63,22 @@ def wedged(kind: Cell) -> bool:
     return bool(_known(kind).corners == 6)
 
 
-def _monomials(kind: Cell, xi: Floats) -> Floats:
-    """xi^p eta^q zeta^r of the element's polynomials (q, a)."""
-    found: Floats = np.prod(xi[:, None, :] ** np.array(_known(kind).monomials), axis=2)
+def _monomials(xi: Floats, powers: Any) -> Floats:
+    """xi^p eta^q zeta^r (q, a) at local points xi (q, d), of powers (a, d)."""
+    tower = np.stack([*accumulate([np.ones_like(xi)] + [xi] * powers.max(), np.multiply)])
+    found: Floats = np.prod([tower[powers[:, axis], :, axis] for axis in range(xi.shape[1])], axis=0).T
     return found
 
 
 @cache
 def _coefficients(kind: Cell) -> Floats:
     """What makes shape functions of monomials (a, a): N_a is one at its own node and zero at the others."""
-    return np.asarray(np.linalg.inv(_monomials(kind, places(kind))), dtype=np.float64)
+    return np.asarray(np.linalg.inv(_monomials(places(kind), np.array(_known(kind).monomials))), dtype=np.float64)
 
 
 def shape(kind: Cell, xi: Floats) -> Floats:
     """Shape functions (q, a) at local points xi (q, d)."""
-    found: Floats = _monomials(kind, xi) @ _coefficients(kind)
+    found: Floats = _monomials(xi, np.array(_known(kind).monomials)) @ _coefficients(kind)
     return found
 
 
@@ -87,7 +88,7 @@ def slope(kind: Cell, xi: Floats) -> Floats:
     for axis in range(xi.shape[1]):
         lower = powers.copy()
         lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
-        columns.append(powers[:, axis] * np.prod(xi[:, None, :] ** lower, axis=2) @ _coefficients(kind))
+        columns.append(powers[:, axis] * _monomials(xi, lower) @ _coefficients(kind))
     return np.stack(columns, axis=2)
 
 
@@ -160,9 +161,9 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
     """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh."""
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
     dN = slope(kind, xi)
-    cof, det = cofactor(np.einsum("mai,qaj->mqij", X, dN))
+    cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.einsum("qaj,mqij->mqai", dN, cof / det[..., None, None]), det
+        return dN @ (cof / det[..., None, None]).swapaxes(2, 3), det
 
 
 # ------------------------------------------------------------------ stress
@@ -300,12 +301,12 @@ class CheckedBody:
         if self.turned:  # displacements in the frame that turns with the cell
             X = self.points[cells] - self.points[cells[:, :1]]
             U = (X + U) @ R - X
-        F = np.einsum("mai,mqaJ->mqiJ", U, dNdX) + np.eye(3)
+        F = U.swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
         if self.depth:
             r, F[..., 2, 2] = self._rings(cells, xi)
             w = w * (2.0 * np.pi * r / self.depth)
         P = self._stress(cells, term, F.reshape(-1, 3, 3)).reshape(F.shape)
-        f = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)
+        f = (dNdX @ (w[..., None, None] * P).swapaxes(2, 3)).sum(axis=1)
         if self.depth:  # a ring pulls its nodes to the axis, and nothing along z
             f[:, :, 2] = 0.0
             f[:, :, 0] += (w * P[..., 2, 2] / r) @ shape(self.kind, xi)
@@ -347,13 +348,13 @@ class CheckedBody:
         least, most = [], []
         for some in self._chunks(self.cells):
             dNdX, _ = gradients(self.points, some, self.kind, xi)
-            F = np.einsum("mai,mqaJ->mqiJ", self.u[some] - self.u[some[:, :1]], dNdX) + np.eye(3)
+            F = (self.u[some] - self.u[some[:, :1]]).swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
             if self.depth:
                 within = slice(len(rule(self.kind)[0]))  # on the axis itself a ring has no length
                 F[:, within, 2, 2] = self._rings(some, xi[within])[1]
             J = cofactor(F)[1].min(axis=1)
             least.append(np.where(self._through(some), -np.abs(J), J) if self.depth else J)
-            green = 0.5 * (np.einsum("mqkI,mqkJ->mqIJ", F, F) - np.eye(3))
+            green = 0.5 * (F.swapaxes(2, 3) @ F - np.eye(3))
             most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
         return np.concatenate(least), np.concatenate(most)
 
@@ -434,10 +435,10 @@ def part_forces(
     """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
-    t = np.einsum("pai,paj->jpi", x, slope(kind, xi))
+    t = x.swapaxes(1, 2) @ slope(kind, xi)  # (p, 3, 2)
     if depth:
         w = w * (2.0 * np.pi / depth * (points[facets][:, :, 0] * shape(kind, xi)).sum(axis=1))
-    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[0], t[1]))[:, None]
+    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[..., 0], t[..., 1]))[:, None]
     for i in range(3):
         found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
     return found

@@ -93,7 +93,7 @@ def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> S
         off = p - (start + np.clip(((p - start) / way).real, 0.0, 1.0) * way)
         far = np.abs(off)
         own = np.arange(len(a)), far.argmin(axis=1)
-        turns = winds(p) - (winds(-p.conj()) if mirrored else 0.0)
+        turns = winds(p) + (winds(-p.conj()) if mirrored else 0.0)
         sign = np.where(np.abs(turns) > np.pi, -1.0, 1.0)
         out = sign * off[own] / np.maximum(far[own], LEAST)
         return sign * far[own] - rounding, out.real, out.imag

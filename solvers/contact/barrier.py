@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from softmark.records import dataclass
@@ -27,6 +29,10 @@ class Barrier:
     def most(self) -> float:
         """The pressure at touch, Pa."""
         return float(self.pressure(np.zeros(1))[0])
+
+    def stiffer(self, factor: float) -> Barrier:
+        """The same with a stiffness so many times as large."""
+        return replace(self, stiffness=factor * self.stiffness)
 
     def energy(self, g: Floats) -> Floats:
         """Per area (n,), J/m^2, of gaps g (n,), m."""

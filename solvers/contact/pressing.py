@@ -33,6 +33,9 @@ class Pressing:
     matrix would undo the mean, and make more of what a coarse mesh has wrong.) Pressures are per area at `x`; with the
     `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
 
+    Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses
+    on them is told of all together.
+
     `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends.
     """
 
@@ -42,6 +45,7 @@ class Pressing:
     g: Floats
     modulus: float
     depth: float = 0.0
+    alike: Ints | None = None
 
     @cached_property
     def corners(self) -> Ints:
@@ -61,11 +65,12 @@ class Pressing:
     @cached_property
     def _forces(self) -> Floats:
         """On corners (n,), N: their own, and equal parts of those of what lies between them."""
-        found, first = self.f.copy(), self._facet.corners
-        for i, ends in enumerate(self._facet.between):
+        found, first, done = self.f.copy(), self._facet.corners, np.zeros(len(self.f), dtype=np.bool_)
+        for i, ends in enumerate(self._facet.between):  # a node between two facets is another's in each
             nodes, at = np.unique(self.facets[:, first + i], return_index=True)
+            nodes, at = nodes[~done[nodes]], at[~done[nodes]]
             np.add.at(found, self.facets[at][:, list(ends)], (self.f[nodes] / len(ends))[:, None])
-            found[nodes] = 0.0
+            found[nodes], done[nodes] = 0.0, True
         return found
 
     @cached_property
@@ -86,7 +91,10 @@ class Pressing:
     def pressures(self) -> Floats:
         """At all nodes (n,), Pa: positive where something presses, and zero elsewhere."""
         F = self._forces
-        area = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F))
+        area: Floats = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F)).astype(np.float64)
+        if self.alike is not None:
+            F = np.bincount(self.alike, F).astype(np.float64)[self.alike]
+            area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
         for i, ends in enumerate(self._facet.between):
@@ -162,10 +170,3 @@ class Pressing:
             c = c - (a * c**3 + b * c - h) / (3.0 * a * c * c + b)
         found: Floats = np.clip(a * c**3 / h, 0.0, 1.0)
         return found
-
-    @cached_property
-    def left(self) -> float:
-        """The mean gap where something presses, by the forces, m."""
-        whole = float(self.f.sum())
-        on = self.f > 0.0
-        return float(self.f[on] @ self.g[on]) / whole if whole > 0.0 else 0.0

@@ -152,6 +152,21 @@ class Rubbing(Touching):
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
         return replace(self, lag=Lag(self.friction * p, n), conservative=True)
 
+    def towing(self, x: Floats, way: Floats) -> Rubbing:
+        """Where the rigid body was in the state that is started from, and all that touches sticks.
+
+        Adds to a `way` (dofs,), m, how it has gone on since, at each node. (Itself, where that is not known.)
+        """
+        was = self.before()
+        old, there = getattr(self.earlier, "pose", Pose()), self.places(x)
+        if self.earlier is not None:
+            way[self.stencils] = self.pose.moved(old.back(there)) - there
+        return was.lagged(x, grips=True)
+
+    def stiffer(self, factor: float) -> Rubbing:
+        """The same with a barrier and a spring so many times as stiff."""
+        return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
+
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
         """From anchors to nodes (m, 3), m: all of it, and along the surface of normals n (m, 3)."""
         d = self.places(x) - self.held

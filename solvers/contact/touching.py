@@ -38,6 +38,7 @@ class Touching(Energy):
     share: float = 1.0
     facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
     conservative: bool = True
+    earlier: Gap | None = None  # the rigid body in the state that is started from
 
     @cached_property
     def stencils(self) -> Ints:
@@ -52,6 +53,30 @@ class Touching(Energy):
     def at(self, share: float) -> Touching:
         """The same at another share of the load."""
         return self if share == self.share else replace(self, share=share)
+
+    def before(self) -> Touching:
+        """The same with the rigid body where it was in the state that is started from; itself where that is unknown."""
+        if (gap := self.earlier) is None:
+            return self
+
+        def stays(share: float) -> Gap:
+            return gap
+
+        return replace(self, posed=stays, earlier=None)
+
+    def add_towed(self, x: Floats, to: Gap, change: Floats) -> None:
+        """Add how the gradient changes (dofs,), N, to first order, where the body goes `to` a place and nodes stay."""
+        g, n, _ = self._near(x)
+        moved = to.gap(self.places(x)) - g
+        self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
+
+    def spread(self, push: Floats, g: Floats) -> None:
+        """Add forces on its points (m, 3), N, to those on degrees of freedom (dofs,)."""
+        np.add.at(g, self.stencils, push)
+
+    def stiffer(self, factor: float) -> Touching:
+        """The same with a barrier so many times as stiff."""
+        return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
 
     def places(self, x: Floats) -> Floats:
         """Where its nodes are (m, 3), m; of a slice in its plane."""
@@ -84,9 +109,15 @@ class Touching(Energy):
         """What the barrier stores, J."""
         return float(self.A @ self.barrier.energy(self.gaps(x)))
 
+    def presses(self, x: Floats, nodes: int) -> Floats:
+        """How hard it presses at all nodes (nodes,), N: without what rubs, and of any direction."""
+        found = np.zeros(nodes)
+        found[self.nodes] = self.A * self.pressures(x)
+        return found
+
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces, N."""
-        np.add.at(g, self.stencils, -scale * self.forces(x))
+        self.spread(-scale * self.forces(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """A (phi'' n n + phi' H): the second part is not definite, and is left out where the first is to be alone."""

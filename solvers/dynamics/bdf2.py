@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
+from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
 from softmark.solvers.dynamics.loading import steady
 from softmark.solvers.dynamics.scheme import Motion, Past, Stage
 from softmark.solvers.dynamics.trapezoidal import mean_stage
@@ -32,8 +33,11 @@ class BDF2:
     def advance(self, system: System, past: Past, step: float) -> Motion:
         """The trapezoidal rule at the start, the formula from then on."""
         now, before = past.now, past.before
+        impact = system.forces.impact
         if before is None:
             return system.solve(mean_stage(system, now, step))
+        if impact is not None and impact.struck(before, now):
+            return ImplicitEuler().advance(system, past, step)
         ratio = step / (now.time - before.time)
         c0 = (1.0 + 2.0 * ratio) / (1.0 + ratio) / step
         c2 = ratio**2 / (1.0 + ratio) / step

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -13,6 +14,9 @@ from softmark.solvers.dynamics.loading import Constant, Course, StepLoad, graded
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.energies.elastic import add_drag
 from softmark.solvers.energies.energy import Energy, Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.impact import Impact
 
 
 @dataclass(frozen=True)
@@ -33,9 +37,12 @@ class Forces:
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
-        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads
+        plain = sum(not load.driven for load in assembly.loads)  # contacts come last
+        self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
+        self.contacts = assembly.loads[plain:]
         self.now: tuple[Energy, ...] | None = None  # of what remembers, at the start of a step
-        self.courses: tuple[Course, ...] = problem.courses or (Constant(),) * len(self.loads)
+        courses: tuple[Course, ...] = problem.courses or (Constant(),) * len(assembly.loads)
+        self.courses = courses[:plain]
         self.conservative = assembly.conservative
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
         self.free = np.setdiff1d(np.arange(self.dofs), self.fixed)
@@ -44,7 +51,15 @@ class Forces:
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
+        self.impact = self._impact(courses[plain:]) if self.contacts else None
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
+
+    def _impact(self, courses: Sequence[Course]) -> Impact:
+        """The contacts, with those courses."""
+        from softmark.solvers.dynamics.impact import Impact
+
+        known: list[Any] = list(self.contacts)
+        return Impact(known, courses, self.pattern.slots[len(self.internal) + len(self.loads) :])
 
     @property
     def turns(self) -> bool:
@@ -154,7 +169,7 @@ def _with_mass(pattern: Pattern, forces: Forces) -> tuple[Pattern, Ints]:
     if slots is None:
         entries = forces.M.tocoo()
         pairs = np.stack([entries.row, entries.col], axis=1).astype(np.int64)
-        energies: Sequence[Energy] = (*forces.internal, *forces.loads)
+        energies: Sequence[Energy] = (*forces.internal, *forces.loads, *forces.contacts)
         pattern = prepare(forces.dofs, forces.fixed, [*(e.stencils for e in energies), pairs])
         slots = _places(pattern, forces.M_free)
     if slots is None:

@@ -27,12 +27,26 @@ class Entry:
     damping: float = 0.0
     drift: float = 0.0
     muscle_work: float | None = None  # of what loads do, what muscle does; None where there is none
+    contact: float | None = None  # what the barriers of contacts store; None where there are none
+    contact_work: float = 0.0  # of rigid bodies that move
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """NAMES, and then those of muscle and of contacts where there are some."""
+        muscle = () if self.muscle_work is None else ("muscle_work",)
+        contact = () if self.contact is None else ("contact", "contact_work")
+        return (*NAMES, *muscle, *contact)
 
     @property
     def values(self) -> tuple[float, ...]:
-        """In the order of NAMES, and then that of muscle where there is some."""
-        known = tuple(float(getattr(self, name)) for name in NAMES)
-        return known if self.muscle_work is None else (*known, self.muscle_work)
+        """In the order of its names."""
+        return tuple(float(getattr(self, name)) for name in self.names)
+
+    def stiffened(self, system: System) -> Entry:
+        """The same with barriers that have been made stiffer: what they store more came from nowhere."""
+        stored = _stored(system, self.motion)
+        more = (stored or 0.0) - (self.contact or 0.0)
+        return replace(self, contact=stored, drift=self.drift + more)
 
 
 def open_entry(system: System, motion: Motion) -> Entry:
@@ -41,7 +55,14 @@ def open_entry(system: System, motion: Motion) -> Entry:
     known = system.problem.remembering
     strain = system.forces.strain(motion.x) if known is None else known.stored(motion.x)
     muscle = 0.0 if system.problem.pulling else None
-    return Entry(motion, system.forces.within(motion.x), kinetic, strain, muscle_work=muscle)
+    here = Entry(motion, system.forces.within(motion.x), kinetic, strain, muscle_work=muscle)
+    return here if system.forces.impact is None else replace(here, contact=_stored(system, motion))
+
+
+def _stored(system: System, motion: Motion) -> float | None:
+    """What the barriers of contacts store, J."""
+    impact = system.forces.impact
+    return None if impact is None else impact.at(motion.time).value(motion.x)
 
 
 def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
@@ -55,6 +76,12 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     reaction = system.forces.M @ ((motion.v - last.motion.v) / h) + mean + drag
     if (turning := system.problem.turning) is not None:
         reaction += 0.5 * (turning.gyroscopic(last.motion.v) + turning.gyroscopic(motion.v))
+    pressed, contact_work = 0.0, last.contact_work
+    if (impact := system.forces.impact) is not None:
+        since, touches = impact.at(last.motion.time), impact.at(motion.time)
+        contact_work += touches.work(motion.x, since)
+        reaction += touches.gradient(motion.x)
+        pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work)
     fixed = system.forces.fixed
     load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])
@@ -63,10 +90,16 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
         damping += known.lost
     gained = here.kinetic + here.strain - last.kinetic - last.strain
     spent = (load_work - last.load_work) + (support_work - last.support_work) - (damping - last.damping)
-    drift = last.drift + gained - spent
+    drift = last.drift + gained + pressed - spent
     muscle = _pulled(system, last, way, motion, factors)
     return replace(
-        here, load_work=load_work, support_work=support_work, damping=damping, drift=drift, muscle_work=muscle
+        here,
+        load_work=load_work,
+        support_work=support_work,
+        damping=damping,
+        drift=drift,
+        muscle_work=muscle,
+        contact_work=contact_work,
     )
 
 

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,9 +14,12 @@ from softmark.solvers.dynamics.balance import Account
 from softmark.solvers.dynamics.ledger import NAMES, Entry, finite, next_entry, open_entry
 from softmark.solvers.dynamics.newton import Outcome
 from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed
+from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed, TooSoft
 from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.impact import Bounce
 
 NOISE = 1e4  # times the rounding of forces
 
@@ -50,6 +53,7 @@ class _March:
         self.problem, self.duration, self.step, self.observe = problem, duration, step, observe
         self.system = System(problem, step)
         self.entries: list[tuple[float, ...]] = []
+        self.names: tuple[str, ...] = NAMES
         self.times: list[float] = []
         self.observed: list[Any] = []
         self.costs: list[tuple[float, float]] = []  # wall, cpu
@@ -69,6 +73,7 @@ class _March:
             raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
         self.problem.integrator.begin(self.system, start, self.step)
         self._keep(entry)
+        self._follow(start)
         past, ticks = Past(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
             past, entry, ticks = self._whole_step(number, past, entry, ticks)
@@ -87,6 +92,9 @@ class _March:
                 motion = self._attempt(past, end)
                 spent = (time.perf_counter() - wall, time.process_time() - cpu)
                 entry = self._sound(next_entry(self.system, entry, motion))
+            except TooSoft:
+                entry = entry.stiffened(self.system)
+                continue
             except StepFailed as failure:
                 ticks = self._halved(past.now.time, length, ticks, failure)
                 continue
@@ -105,10 +113,18 @@ class _March:
         """The same, with rotations counted from where the step has ended, and memories of it."""
         if self.problem.remembering is not None:
             self.problem.remembering.accepted()
+        self._follow(past.now)
         if (turning := self.problem.turning) is None:
             return past, entry
         past = turning.accepted(past)
         return past, replace(entry, motion=past.now)
+
+    def _follow(self, motion: Motion) -> None:
+        """Keep an eye on contacts."""
+        forces = self.system.forces
+        if forces.impact is not None:
+            momentum = (forces.M @ motion.v).reshape(-1, 3).sum(axis=0)
+            forces.impact.follow(motion, momentum, float(forces.M.sum()) / 3.0)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
@@ -123,6 +139,8 @@ class _March:
             known.tried(self.system.forces, motion.x, h)
         if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
             raise StepFailed("cells are inside out")
+        if (impact := self.system.forces.impact) is not None:
+            impact.accept(past.now, motion, end)
         return replace(motion, time=end)
 
     def _sound(self, entry: Entry) -> Entry:
@@ -141,7 +159,8 @@ class _March:
 
     def _keep(self, entry: Entry) -> None:
         self.times.append(entry.motion.time)
-        energies = dict(zip(NAMES, entry.values, strict=False))
+        self.names = entry.names
+        energies = dict(zip(entry.names, entry.values, strict=True))
         self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
         self.entries.append(entry.values)
         self.observed.append(self.observe(entry.motion))
@@ -164,7 +183,7 @@ class _March:
 
     def _trajectory(self, complete: bool) -> Trajectory:
         times = np.array(self.times)
-        names = (*NAMES, "muscle_work") if self.problem.pulling else NAMES
+        names = self.names
         table = np.array(self.entries).reshape(-1, len(names)).T
         wall, cpu = np.array(self.costs).reshape(-1, 2).T
         outcomes, lagged = self.outcomes, self.system.lagged
@@ -183,7 +202,17 @@ class _March:
             np.array([o.lagged for o in outcomes], dtype=bool),
             lagged.failures if lagged else 0,
             self.account.balance,
+            self._impacts(),
         )
+
+    def _impacts(self) -> tuple[Bounce, ...] | None:
+        """Where the body has hit rigid ones; None where there are none."""
+        impact = self.system.forces.impact
+        if impact is None:
+            return None
+        from softmark.solvers.dynamics.impact import bounces
+
+        return tuple(bounces(impact.log))
 
 
 def _times(share: float) -> str:

@@ -54,4 +54,18 @@ def newmark_stage(
     now = system.under(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a
-    return Stage(now, h, load, 1.0 / (beta * h**2), gamma / (beta * h), coast, speed, alpha_m, alpha_f)
+    # contact gives h^2/2 of its acceleration to x and h of it to v, and none to `a`, which the next step starts from
+    half, rest = 0.5 / beta, h * (1.0 - 0.5 * gamma / beta)
+    return Stage(
+        now,
+        h,
+        load,
+        1.0 / (beta * h**2),
+        gamma / (beta * h),
+        coast,
+        speed,
+        alpha_m,
+        alpha_f,
+        touch=(1.0 - alpha_m) * half,
+        beyond=(-half, rest),
+    )

@@ -118,15 +118,28 @@ class StageTrial:
         forces, x = self.balance.forces, self.balance.weighted(self.x)
         return forces.value(x, self.balance.factors) if forces.conservative else forces.strain(x)
 
+    @cached_property
+    def stored(self) -> float:
+        """What the barriers of contacts store, J; infinite where a point has gone through a rigid body."""
+        return self.balance.stored(self.x)
+
+    @cached_property
+    def contact(self) -> Floats | float:
+        """Minus the forces of contact (dofs,), N."""
+        touches = self.balance.touches
+        return 0.0 if touches is None else self.balance.stage.touch * touches.gradient(self.x)
+
     @property
     def possible(self) -> bool:
         """Whether it lies in the domain of the law: all states of rods do, whose forces are known anyway."""
+        if not math.isfinite(self.stored):
+            return False
         return math.isfinite(self.size if self.balance.forces.turns else self.potential)
 
     @cached_property
     def r(self) -> Floats:
         """What is out of balance (free,), N."""
-        r: Floats = (self.steady + self.balance.weight * self.force.total)[self.balance.forces.free]
+        r: Floats = (self.steady + self.balance.weight * self.force.total + self.contact)[self.balance.forces.free]
         return r
 
     @cached_property
@@ -139,7 +152,8 @@ class StageTrial:
         """The largest of the forces that balance each other, N, internal ones with those on supports."""
         free = self.balance.forces.free
         forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
-        return max(norm(f) for f in forces)
+        most = max(norm(f) for f in forces)
+        return most if self.balance.touches is None else max(most, norm(np.asarray(self.contact)[free]))
 
 
 def norm(f: Floats) -> float:
@@ -158,6 +172,9 @@ class StageEquations:
         self.end = start.time + stage.step
         self.time = self.end + (stage.alpha_m - stage.alpha_f) * stage.step  # of accelerations
         self.factors = stage.load.mean if stage.between else stage.load.end
+        impact = self.forces.impact
+        self.touches = None if impact is None else impact.at(self.end)
+        self.since = [] if impact is None else impact.at(start.time).places(start.x)
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
             self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
@@ -177,7 +194,17 @@ class StageEquations:
 
     def motion(self, trial: StageTrial) -> Motion:
         """What it is at the end."""
-        return Motion(self.end, trial.x, trial.v, trial.a, self.stage.load.last)
+        a, v, (more_a, more_v) = trial.a, trial.v, self.stage.beyond
+        if self.touches is not None and (more_a or more_v):
+            c = self.system.spread(-self.touches.gradient(trial.x))
+            a, v = a + more_a * c, v + more_v * c
+        return Motion(self.end, trial.x, v, a, self.stage.load.last)
+
+    def stored(self, x: Floats) -> float:
+        """What the barriers of contacts store at the end x, J; infinite where a point has gone through a rigid body."""
+        if self.touches is None:
+            return 0.0
+        return math.inf if self.touches.passed(x, self.since) else self.touches.value(x)
 
     def force(self, x: Floats) -> Force:
         """The forces that count for the end x."""
@@ -191,7 +218,7 @@ class StageEquations:
         """The tolerance is met, or the last iteration has lowered nothing and rounding is all that is left."""
         if trial.size <= self.system.problem.tolerance * scale:
             return True
-        return 0.3 * before < trial.size <= 4.0 * (self.forces.rounding(trial.x) + self._blur(trial))
+        return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._blur(trial))
 
     def drowned(self, trial: StageTrial) -> bool:
         """Whether rounding of the states is all that is out of balance, as in a body on which no force acts."""
@@ -199,6 +226,11 @@ class StageEquations:
         known = np.abs(trial.x) + np.abs(self.stage.coast)
         lost = abs(self._jacobian(trial.x, False)) @ known[free]
         return trial.size <= 4.0 * EPS * norm(lost)
+
+    def _rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the forces, N."""
+        known = self.forces.rounding(x)
+        return known if self.touches is None else known + self.stage.touch * self.touches.rounding(x)
 
     def _blur(self, trial: StageTrial) -> float:
         """Norm of what rounding of x leaves in the inertia, N."""
@@ -232,7 +264,9 @@ class StageEquations:
         every = [self.trial(x) if known is None else known for x, known in zip(ways, trials, strict=True)]
         inside = [t for t in every if t.possible]
         if not inside:
-            raise StepFailed("the state is outside the domain of the law")
+            through = any(t is not None and not math.isfinite(t.stored) for t in every)
+            where = "goes through a rigid body" if through else "is outside the domain of the law"
+            raise StepFailed(f"the state {where}")
         if self.forces.conservative:
             return min(inside, key=lambda t: self.rise(inside[0], t))
         way = min((i for i, t in enumerate(every) if t.possible), key=lambda i: every[i].size)
@@ -250,7 +284,7 @@ class StageEquations:
         coupling = self.weight * (there.force.total - here.force.total) / eps
         d[self.forces.free] = self._direction(here, here.r + coupling[self.forces.free], 1e-6, True)
         towed = self.trial(now.x + d)
-        if not np.isfinite(towed.potential):
+        if not np.isfinite(towed.potential) or not towed.possible:
             raise StepFailed("the motion of the supports turns cells inside out")
         return towed
 
@@ -291,6 +325,8 @@ class StageEquations:
         self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
         if self.system.damping.active:
             J.data += self.share * stage.B * self.system.damping.data
+        if self.touches is not None:
+            self.touches.add_hessian(x, J.data, stage.touch, projected)
         if turning is not None:
             v = stage.speed + stage.B * (x - stage.coast)
             self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
@@ -303,7 +339,7 @@ class StageEquations:
             x = trial.x.copy()
             x[self.forces.free] += length * d
             there = self.trial(x)
-            if there.size <= MUCH * trial.size and length == 1.0:
+            if there.size <= MUCH * trial.size and length == 1.0 and math.isfinite(there.stored):
                 return there, length
             if there.possible and self._lower(trial, there, length * slope):
                 return there, length
@@ -312,7 +348,7 @@ class StageEquations:
 
     def _lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
         if self.forces.conservative:
-            noise = 1e-13 * (abs(trial.potential) + abs(there.potential))
+            noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
             return self.rise(trial, there) <= 1e-4 * slope + noise
         return there.size <= (1.0 - 1e-4) * trial.size
 
@@ -322,4 +358,5 @@ class StageEquations:
         step = (there.x - here.x)[free]
         quadratic = 0.5 * float(step @ (here.steady + there.steady)[free])  # exact: its gradient is linear
         weight = 1.0 / self.share if self.stage.between else self.share
-        return quadratic + weight * (there.potential - here.potential)
+        rise = quadratic + weight * (there.potential - here.potential)
+        return rise if self.touches is None else rise + self.stage.touch * (there.stored - here.stored)

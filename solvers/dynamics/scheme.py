@@ -62,6 +62,8 @@ class Stage:
     alpha_f: float = 0.0
     between: bool = False
     secant: bool = False  # v is the mean velocity of the step, and damping that of its middle
+    touch: float = 1.0  # weight of the forces of contact at the end of the step (impact.py)
+    beyond: tuple[float, float] = (0.0, 0.0)  # what of their acceleration a (1) and v (s) are to have besides
 
     def acting(self, x: Floats) -> Floats:
         """The state in which damping acts, if the step ends in x: that to which its velocity belongs."""
@@ -91,6 +93,10 @@ class StepFailed(Exception):
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
         self.reason = reason
+
+
+class TooSoft(StepFailed):
+    """A step has ended with a point behind a rigid surface; a stiffer barrier may keep it clear."""
 
 
 class StepTooLong(Exception):

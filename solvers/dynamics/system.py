@@ -150,6 +150,12 @@ class System:
         except Singular as error:
             raise ValueError("the mass matrix is singular") from error
 
+    def spread(self, f: Floats) -> Floats:
+        """The acceleration (dofs,), m/s^2, that forces f, N, give to what is free."""
+        free, a = self.forces.free, np.zeros_like(f)
+        a[free] = f[free] / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f[free])
+        return a
+
     def under(self, motion: Motion, factors: Floats) -> Motion:
         """A motion that is at once under other loads, with `factors` (l,): only its acceleration changes."""
         change = factors - motion.factors

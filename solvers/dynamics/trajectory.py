@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from softmark.solvers.dynamics.balance import Account, EnergyBalance
 from softmark.solvers.dynamics.newton import StepIteration
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.statics import problem
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.impact import Bounce
 
 NOTHING = Account().balance  # of no motion
 
@@ -55,7 +58,8 @@ class Trajectory:
     `iterations` counts the linear systems of each accepted step, `residuals` are the relative out-of-balance forces
     (see Dynamics) that they left, `solved` says whether that meets the tolerance: without a cap, always. `lagged`
     says which steps one lagged tangent solved; `fallbacks` counts attempts at it that were left to Newton's method.
-    `balance` says how much of the energy the integrator has added or lost.
+    `balance` says how much of the energy the integrator has added or lost. With contacts there are also `contact`, what
+    barriers store, and `contact_work`, what rigid bodies that move have done; both count in `drift`.
     """
 
     times: Floats
@@ -72,6 +76,7 @@ class Trajectory:
     lagged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))  # (n,)
     fallbacks: int = 0
     balance: EnergyBalance = NOTHING  # of the energies
+    impacts: tuple[Bounce, ...] | None = None  # on rigid bodies, where there are contacts
 
 
 class MotionNotConverged(problem.NotConverged):

@@ -27,7 +27,7 @@ def gauss(d: int) -> tuple[Floats, Floats]:
 
 def lagrange(places: Floats, xi: Floats) -> Floats:
     """N (m, a) of nodes at `places` (a, d), at local points xi (m, d)."""
-    found: Floats = _lines(places, xi)[0].prod(axis=2)
+    found: Floats = _along(places, xi[:, None, :]).prod(axis=2)
     return found
 
 
@@ -39,13 +39,17 @@ def lagrange_gradient(places: Floats, xi: Floats) -> Floats:
 def _lines(places: Floats, xi: Floats) -> tuple[Floats, Floats]:
     """The polynomials along each coordinate (m, a, d), and their derivatives."""
     p, t = places, xi[:, None, :]
-    return np.where(p == 0.0, 1.0 - t**2, 0.5 * t * (t + p)), np.where(p == 0.0, -2.0 * t, t + 0.5 * p)
+    return _along(p, t), np.where(p == 0.0, -2.0 * t, t + 0.5 * p)
+
+
+def _along(p: Floats, t: Floats) -> Floats:
+    found: Floats = np.where(p == 0.0, 1.0 - t**2, 0.5 * t * (t + p))
+    return found
 
 
 def serendipity(places: Floats, xi: Floats) -> Floats:
     """N (m, a) of nodes at `places` (a, d), corners and middles of edges, at local points xi (m, d)."""
-    f, _ = _edges(places, xi)
-    found: Floats = f.prod(axis=2) * _slant(places, xi)
+    found: Floats = _factors(places, xi[:, None, :]).prod(axis=2) * _slant(places, xi)
     return found
 
 
@@ -61,7 +65,12 @@ def serendipity_gradient(places: Floats, xi: Floats) -> Floats:
 def _edges(places: Floats, xi: Floats) -> tuple[Floats, Floats]:
     """The factors along each coordinate (m, a, d), and their derivatives."""
     p, t = places, xi[:, None, :]
-    return np.where(p == 0.0, 1.0 - t**2, 1.0 + p * t), np.where(p == 0.0, -2.0 * t, p)
+    return _factors(p, t), np.where(p == 0.0, -2.0 * t, p)
+
+
+def _factors(p: Floats, t: Floats) -> Floats:
+    found: Floats = np.where(p == 0.0, 1.0 - t**2, 1.0 + p * t)
+    return found
 
 
 def _slant(places: Floats, xi: Floats) -> Floats:

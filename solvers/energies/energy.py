@@ -5,7 +5,7 @@ To add an energy: a class derived from `Energy`, or from `Lagging`, with its met
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ class Energy(Protocol):
     saddle: ClassVar[bool] = False  # pressures are among its unknowns: of most energy in these
     grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
+    told: Any = None  # nodes (n,) whose forces are its reaction, where that of all adds up to nothing; None: all
+    wandering: ClassVar[bool] = False  # which unknowns its Hessian couples changes: a `Wandering`
     rubs: bool = False  # its friction has an energy with what is `lagged`, and none without
     driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
 
@@ -71,6 +73,21 @@ class Dashpots(Energy):
     def add_damping(self, data: Floats, slots: Ints) -> None:
         """data (nnz,) += C at the slots of the Hessian, N s/m."""
         raise NotImplementedError(f"{type(self).__name__} has no dashpots")
+
+
+class Wandering(Energy):
+    """An energy with a Hessian of its own, of unknowns that come to be coupled as bodies meet, and with states between
+    which no straight way leads."""
+
+    wandering: ClassVar[bool] = True
+
+    def matrix(self, x: Floats, projected: bool = False) -> Any:
+        """d2E/dx2, sparse (dofs, dofs), N/m; `projected` is positive semi-definite."""
+        raise NotImplementedError(f"{type(self).__name__} has no Hessian")
+
+    def limit(self, x: Floats, d: Floats) -> float:
+        """The part of an increment d (dofs,) that can be gone, at most 1."""
+        raise NotImplementedError(f"{type(self).__name__} does not know how far a way leads")
 
 
 class Lagging(Energy):

@@ -86,6 +86,10 @@ class Flat(Shape):
         x, y = self(at["s"], at[self.across])
         return float(x), float(y), 0.0
 
+    def slice(self, depth: float) -> Shape:
+        """The slice of it that is so thick (m)."""
+        return Slice(self, depth)
+
     def _divided(self, size: float) -> tuple[int, int]:
         """Cells of a size (m) along s and along t, evenly."""
         return divisions(self.sizes[0], size), divisions(self.sizes[1], size)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
+from softmark.solvers.mesh.apart import Apart
 from softmark.solvers.mesh.arc import Arc
 from softmark.solvers.mesh.bowls import Bowl, BowlSection
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
@@ -262,6 +263,7 @@ SHAPES: dict[str, type[Shape]] = {
     "union": Union,
     "difference": Difference,
     "intersection": Intersection,
+    "apart": Apart,
     "half_space": HalfSpace,
     "rounded_box": RoundedBox,
     "punch": Punch,

@@ -27,6 +27,7 @@ from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.systems import Linear, Systems
 from softmark.solvers.statics.arc_length import PathFollower
+from softmark.solvers.statics.clear import begun
 from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
 from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
@@ -76,7 +77,9 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     """The equilibrium at full load: boldly, then carefully."""
     ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
-    whole = [] if problem.longest < 1.0 else [_free]  # of a turn either would find another, by whole turns off
+    whole = (
+        [] if problem.longest < 1.0 or (problem.touches and problem.assembly.saddle) else [_free]
+    )  # of a turn either would find another, by whole turns off
     whole += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
     for way in [*ways, *whole] if problem.bold else ways:
         try:
@@ -98,7 +101,8 @@ def _free(problem: Statics, history: list[Iteration], systems: Systems) -> Equil
 
 def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     newton = Newton(problem, history, systems)
-    x = newton.descend(_given(newton), 1.0) if problem.touches else newton.whole_steps(_given(newton), ROUGH)
+    x = _given(newton)
+    x = newton.descend(begun(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
     return replace(_settled(newton, x), started=True)
 
 

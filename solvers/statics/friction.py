@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.linear.factorisations import factor
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.problem import NotConverged
 
 if TYPE_CHECKING:
@@ -92,28 +92,23 @@ def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | 
     return x if done else None
 
 
-def towed(problem: Statics, before: Sequence[Energy], x: Floats) -> Floats:
-    """A state x of contacts `before`, carried on as if everything that touches stuck to rigid bodies that move.
+def towed(problem: Statics, x: Floats) -> Floats:
+    """A state x that is started from, carried on as if all that touches stuck to the rigid bodies, which have moved.
 
     Solves (K + C) d = C v, C the stiffness of contacts that hold on and v the way of each node with its rigid body.
     """
-    assembly = problem.assembly
-    old, way = [], np.zeros_like(x)
-    for energy, was in zip(assembly.loads, before, strict=True):
-        known: Any = was
-        old.append(known.lagged(x, grips=True) if energy.rubs else was)
-        if energy.rubs:
-            now: Any = energy
-            places = known.places(x)
-            way[known.stencils] = now.pose.moved(known.pose.back(places)) - places
-    rigid = [e for e, was in zip(old, before, strict=True) if was.rubs]
+    assembly, way, old = problem.assembly, np.zeros_like(x), []
+    for energy in assembly.loads:
+        known: Any = energy
+        old.append(known.towing(x, way) if energy.rubs else known.before() if energy.driven else energy)
     free = assembly.free
-    fixed = np.setdiff1d(np.arange(assembly.dofs), free)
-    C = Assembly(assembly.dofs, fixed, [], rigid).tangent(x, 1.0)
-    K = assembly.acting(assembly.internal, old).tangent(x, 1.0)
+    C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
     d = np.zeros_like(x)
-    d[free] = factor(K).solve(C @ way[free])
-    return x + d
+    try:
+        d[free] = factor(assembly.acting(assembly.internal, old).tangent(x, 1.0)).solve(C @ way[free])
+    except Singular:
+        return x
+    return x + assembly.limit(x, d) * d
 
 
 def _like(newton: Newton, assembly: Assembly, tolerance: float) -> Newton:

@@ -12,6 +12,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
 from softmark.solvers.linear.factorisations import Factor, Singular, Waiting
 from softmark.solvers.linear.systems import TIGHTEST, Systems
+from softmark.solvers.statics.clear import approach
 from softmark.solvers.statics.problem import Criterion, Iteration, NotConverged, Statics
 
 MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
@@ -65,31 +66,42 @@ class Newton:
         """Move the supports by the last fraction of their way to a load, and the body as its tangent says."""
         if not self.problem.moves:
             return x
-        return self._moved(x, self._following(x, self.problem.imposed(load - fraction, load), load, True), 1.0)
+        d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
+        return self._moved(x, self._clear(x, d), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
         """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
 
         Raises NotConverged where that leaves the domain of the law.
         """
-        if not self.problem.moves:
+        if not (self.problem.moves or self.problem.touches):
             self._promised = None
             return x
-        return self.follow(x, self.problem.imposed(load, load + fraction), load)
+        return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
 
-    def follow(self, x: Floats, moved: Floats, load: float) -> Floats:
-        """The same of supports that move by increments (c,), whatever imposes them. Raises NotConverged."""
+    def follow(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
+        """The same of supports that move by increments (c,), whatever imposes them. Raises NotConverged.
+
+        With the load that they go `to` rigid bodies move as well, and what touches them goes along.
+        """
         self._promised = None
-        d = self._following(x, moved, load, False)
-        y = self._moved(x, d, 1.0)
+        d = self._following(x, moved, load, False, to)
+        y = self._moved(x, self._clear(x, d), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
         if self.cellular:
             self._promised = self.mixing.promised(self.assembly, x, d)
         return y
 
-    def _following(self, x: Floats, moved: Floats, load: float, projected: bool) -> Floats:
-        """How the body follows what supports move by (c,): (dofs,)."""
+    def _clear(self, x: Floats, d: Floats) -> Floats:
+        """A motion d, or what of it leads to where nothing meets. Raises NotConverged where supports move so far."""
+        limit = self.assembly.limit(x, d)
+        if limit < 1.0 and np.any(d[self.problem.fixed]):
+            raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
+        return d if limit == 1.0 else limit * d
+
+    def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
+        """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
         problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = moved
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
@@ -98,6 +110,8 @@ class Newton:
         coupling = (exact.gradient(self.space.move(here, eps * d), load) - g) / eps
         self.towed = max(self.towed, float(np.linalg.norm(coupling)))
         self._goal = TIGHTEST
+        if to is not None and self.problem.touches:
+            coupling += approach(self.assembly, here, load, to)
         b = coupling[self.assembly.free].astype(x.dtype, copy=False)
         d[self.assembly.free] = -self._factor(x, load, projected).solve(b)
         return d.astype(x.dtype, copy=False)
@@ -165,7 +179,7 @@ class Newton:
             self._last_residual = residual
 
     def _inside(self, x: Floats, d: Floats) -> tuple[Floats, float]:
-        length = 1.0
+        length = self.assembly.limit(x, d)
         while length > 1e-3:
             y = self._part(x, d, length)
             if np.isfinite(self.strain(y)):
@@ -286,7 +300,7 @@ class Newton:
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
         """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
-        length = 1.0 if np.isfinite(slope) and slope < 0 else 0.0
+        length = self.assembly.limit(x, d) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
             if merit(self._part(x, d, length), load) <= enough:

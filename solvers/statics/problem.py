@@ -163,7 +163,7 @@ class Statics:
     @property
     def touches(self) -> bool:
         """Whether something may come into contact: whole steps go in and out of it by turns, without an end."""
-        return any(energy.driven for energy in self.assembly.loads)
+        return any(e.driven or e.wandering for e in (*self.assembly.internal, *self.assembly.loads))
 
     @property
     def rubs(self) -> bool:

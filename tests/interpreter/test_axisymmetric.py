@@ -304,7 +304,7 @@ probe    wall = line(tube, from = (10, 2, 0) mm, to = (20, 2, 0) mm)
 metric   off  = energy_norm(wall, against = fine)
 study    edges = stability(over = [nu, four.element], models = [four], metric = off, within = 2 %)
 """)
-    for command in (["stress", "--timeout", "20"], ["compare", "--vary", "h=5mm,2.5mm", "--repeats", "1"]):
+    for command in (["stress", "--timeout", "20"], ["compare", "--repeats", "1"]):
         call = [sys.executable, "-m", "softmark.interpreter", *command, str(file), "--out", str(tmp_path / command[0])]
         done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr

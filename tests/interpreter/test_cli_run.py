@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -9,10 +10,13 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+
+from softmark.interpreter.cli.main import main
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]
 SMALL = """
@@ -27,7 +31,18 @@ metric eta = energy_norm(axis, against = theory)
 """
 
 
-def dsl(*arguments: str, cwd: Path, text: str | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+def dsl(*arguments: str, cwd: Path, text: str = "") -> subprocess.CompletedProcess[str]:
+    """What the command says and returns, called here: what begins and ends a process of its own is `outside`."""
+    out, err, given = io.StringIO(), io.StringIO(), io.TextIOWrapper(io.BytesIO(text.encode()))
+    with chdir(cwd), redirect_stdout(out), redirect_stderr(err), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "stdin", given)
+        status = main(arguments)
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
+
+
+def outside(
+    *arguments: str, cwd: Path, text: str | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*DSL, *arguments],
         cwd=cwd,
@@ -55,7 +70,7 @@ def written(folder: Path, text: str) -> str:
     ],
 )
 def test_exit_status(tmp_path: Path, extra: str, status: int) -> None:
-    done = dsl("run", written(tmp_path, SMALL + extra), cwd=tmp_path)
+    done = outside("run", written(tmp_path, SMALL + extra), cwd=tmp_path)
     assert done.returncode == status, done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
@@ -114,7 +129,7 @@ def test_json_that_cannot_be_written(tmp_path: Path, place: str) -> None:
 def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     # the rod takes milliseconds, the fine mesh half a minute: the interrupt arrives between
     small = "model small = fem(tet4, strain = finite, size = 20 mm)\n"  # compiles, so that the interrupt meets a solve
-    dsl("run", "-", "--json", "-", cwd=tmp_path, text=SMALL + small)
+    outside("run", "-", "--json", "-", cwd=tmp_path, text=SMALL + small)
     slow = SMALL + "model slow = fem(tet4, strain = finite, size = 1.5 mm)\n"
     name = written(tmp_path, slow)
     process = subprocess.Popen(
@@ -136,10 +151,10 @@ def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
     text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
-    first = dsl("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    first = outside("run", written(tmp_path, text), cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
     assert "compiling kernels, once for this version ..." in first.stderr
     assert re.search(r"^  compiling kernels: [1-9]\d*, \d+ s$", first.stderr, re.MULTILINE)
-    second = dsl("run", "my.scene", cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    second = outside("run", "my.scene", cwd=tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
     assert "compiling kernels" not in second.stderr
 
 
@@ -149,7 +164,7 @@ SOLID = "model solid = fem(tet4, strain = small, size = 10 mm)\n"
 @pytest.mark.parametrize("model", ["", pytest.param(SOLID, marks=pytest.mark.slow)], ids=["rod", "kernels"])
 def test_no_home_and_no_cache(tmp_path: Path, model: str) -> None:
     (tmp_path / "cache").write_text("not a folder")
-    done = dsl(
+    done = outside(
         "run",
         written(tmp_path, SMALL + model),
         cwd=tmp_path,
@@ -160,10 +175,10 @@ def test_no_home_and_no_cache(tmp_path: Path, model: str) -> None:
 
 
 def test_unknown_command_and_option(tmp_path: Path) -> None:
-    done = dsl("rnu", "silicone-beam", cwd=tmp_path)
+    done = outside("rnu", "silicone-beam", cwd=tmp_path)
     assert done.returncode == 2
     assert "did you mean `dsl run`" in done.stderr
-    assert dsl("run", "silicone-beam", "--modle", "rod", cwd=tmp_path).returncode == 2
+    assert outside("run", "silicone-beam", "--modle", "rod", cwd=tmp_path).returncode == 2
 
 
 def test_missing_scene_is_one_clear_error(tmp_path: Path) -> None:
@@ -242,7 +257,7 @@ def test_a_missing_data_set_leaves_the_models_and_is_named(tmp_path: Path) -> No
     scan = 'reference ct = surface("data:silicone-beam/truthCylinder-Deformed.obj", unit = 1 m, uncertainty = 1 mm)\n'
     gap = "probe skin = surface(beam, size = 5 mm)\nmetric gap = surface_distance(skin, against = ct)\n"
     unreachable = dict.fromkeys(("http_proxy", "https_proxy", "HTTPS_PROXY", "HTTP_PROXY"), "http://127.0.0.1:9")
-    done = dsl(
+    done = outside(
         "run", written(tmp_path, SMALL + scan + gap), cwd=tmp_path,
         SOFTMARK_DATA=str(tmp_path / "nothing"), XDG_CACHE_HOME=str(tmp_path / "cache"), **unreachable,
     )  # fmt: skip

@@ -24,6 +24,7 @@ PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 SHOWN = re.compile(r"(?:error|warning)\[([EW]\d{3})\]: |\"code\": \"([EW]\d{3})\"")
 COMMAND = re.compile(r"# \$ dsl (.+)")
+LONG = {"W354", "W372"}  # facets and borders of curved bodies: seconds each
 
 
 def codes_of(text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
@@ -53,7 +54,10 @@ def without_data(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("softmark.references.data._copy", lambda *arguments: "no network")
 
 
-@pytest.mark.parametrize("page", pages().values(), ids=lambda p: p.code)
+SOME = [pytest.param(p, marks=[pytest.mark.slow] * (p.code in LONG), id=p.code) for p in pages().values()]
+
+
+@pytest.mark.parametrize("page", SOME)
 def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     if page.code == "E405":
         monkeypatch.setattr("softmark.grammar.print.format_source", _refuse)
@@ -71,7 +75,7 @@ def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: p
 def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mesher that is not there, that is ended by the system, and that fills nine tenths of the cube of ten.
 
-    And a library that combines shapes, as far as examples need one.
+    And a library that combines shapes, as far as examples need one; none for contact, or faces that cross.
     """
     where = "softmark.solvers.mesh.filling"
     monkeypatch.setattr(f"{where}._folder", lambda: None)
@@ -84,6 +88,10 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(manifolds.Manifold, "sound", code != "E338")
         rod = Cylinder(0.01, 0.006, (0.0, 0.0, 1.0)).mesh("tet4", 0.0045)
         monkeypatch.setattr(f"{where}._filled", lambda *arguments: (rod.points, rod.cells, 1.0))
+    elif code == "E630":
+        monkeypatch.setitem(sys.modules, "ipctk", None)
+    elif code == "W630":
+        monkeypatch.setattr("softmark.solvers.checks.crossings.crossings", lambda X, faces: faces[:1])
     elif code == "W349":
         cube = Box((0.009, 0.009, 0.009)).mesh("tet4", 0.003)
         monkeypatch.setattr(f"{where}._filled", lambda *arguments: (cube.points, cube.cells, 1.0))

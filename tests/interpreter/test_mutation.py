@@ -1,7 +1,7 @@
 """Every shipped scene with one token deleted, doubled or misspelt is an error or a valid scene.
 
-By default a sample of the mutations is checked, the same in every run, and a larger one with `-m slow`. All of them:
-SOFTMARK_ALL_MUTATIONS=1 pytest tests/interpreter/test_mutation.py. Add -s to see the slowest.
+By default a sample of the mutations is checked, the same in every run, and a larger one, of others, with `-m slow`.
+All of them: SOFTMARK_ALL_MUTATIONS=1 pytest tests/interpreter/test_mutation.py. Add -s to see the slowest.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
 SAMPLES = [  # mutations of each scene: quick ones are so many of all scenes together
-    pytest.param(1500 // len(SCENES), id="few"),
-    pytest.param(250, id="many", marks=pytest.mark.slow),
+    pytest.param(1000 // len(SCENES), id="few"),
+    pytest.param(100, id="many", marks=pytest.mark.slow),
 ]
 PLACES = {
     "(": "[",
@@ -80,7 +80,7 @@ def chosen(scene: Path, count: int) -> list[Mutation]:
     every = list(mutations(scene.read_text(encoding="utf-8")))
     if os.environ.get("SOFTMARK_ALL_MUTATIONS") or len(every) <= count:
         return every
-    return random.Random(scene.name).sample(every, count)
+    return random.Random(f"{scene.name} {count}").sample(every, count)
 
 
 @pytest.mark.parametrize("count", SAMPLES)

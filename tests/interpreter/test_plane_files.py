@@ -25,7 +25,7 @@ from softmark.solvers.mesh.shapes import MeshFile
 SHEET = Quadrilateral((0.01, 0.0, 0.0), (0.05, 0.01, 0.0), (0.05, 0.03, 0.0), (0.01, 0.02, 0.0))
 SAID = "quadrilateral((10, 0, 0) mm, (50, 10, 0) mm, (50, 30, 0) mm, (10, 20, 0) mm)"
 PARTS = {"hard": "x > 30 mm", "wall": "x <= 10 mm", "tip": "x >= 50 mm"}
-SIZE = 0.005
+SIZE = 0.01  # 4 by 2 cells: numbers are those of the same cells however large these are
 SCENE = """material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
 material stiff = linear_elastic(young = 120 kPa, poisson = 0.2, density = 2000 kg/m^3)
 body sheet = BODY

@@ -10,8 +10,7 @@ from importlib import import_module
 
 import pytest
 
-# one that is quick for every change; those after it are among the many, of each kind of body
-SOME = (1, pytest.param(0, marks=pytest.mark.slow))
+QUICK = 12  # at rest on a mesh of its own: the cheapest of those that come to an answer
 
 
 def rows(seed: int) -> list[dict[str, object]]:
@@ -25,14 +24,16 @@ def silent(found: list[dict[str, object]]) -> list[str]:
     return [f"{r['model']}: {r['error']:.3g} off, states {r['value']:.3g}" for r in found if r["word"] == "silent"]
 
 
-@pytest.mark.parametrize("seed", SOME)
-def test_no_model_is_wrong_by_more_than_it_states(seed: int) -> None:
-    assert silent(rows(seed)) == []
+def test_no_model_is_wrong_by_more_than_it_states() -> None:
+    found = rows(QUICK)
+    assert {r["word"] for r in found} == {"stated"}
+    assert silent(found) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 42))
+@pytest.mark.parametrize("seed", [s for s in range(1, 24) if s != QUICK])
 def test_nor_in_many_more_scenes(seed: int) -> None:
+    """A third of them each at rest, at rest on a mesh from a file, and in motion."""
     assert silent(rows(seed)) == []
 
 

@@ -13,11 +13,18 @@ LAWS = ("small", "corotational", "neo_hookean", "st_venant_kirchhoff")  # and on
 STEPS = ("trapezoidal", "bdf2", "central_differences")  # one step with velocities, several steps, explicit
 
 QUICK: dict[str, dict[str, tuple[str, ...]]] = {
-    "tests/interpreter/test_first_touch.py": {"test_a_rod_imports_nothing_while_its_clock_runs": NONE},
+    "tests/interpreter/test_first_touch.py": {
+        "test_a_rod_imports_nothing_while_its_clock_runs": NONE,
+        "test_nothing_is_searched_for_among_modules_and_no_thread_waits_awake": ("None",),
+    },
     "tests/interpreter/test_sandbox.py": {
         "test_checking_and_planning_open_nothing_but_the_scene_its_folder_and_softmark": NONE,
+        "test_no_value_is_run": ("exec(1)", "HOME"),
     },
-    "tests/interpreter/test_files_and_selections.py": {"test_studies_of_one_model_are_not_stopped_by_another": NONE},
+    "tests/interpreter/test_files_and_selections.py": {
+        "test_studies_of_one_model_are_not_stopped_by_another": NONE,
+        "test_a_selection_is_refused_only_where_it_misses_the_surface": ("cylinder",),
+    },
     "tests/interpreter/test_turned.py": {"test_a_turn_that_cells_cannot_follow_is_no_answer": NONE},
     "tests/solvers/test_peers.py": {
         "test_neo_hookean_logarithmic_against_felupe": NONE,
@@ -25,11 +32,22 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_made_once.py": {"test_a_comparison_compiles_each_variation_once": NONE},
     "tests/interpreter/test_fuzz_scenes.py": {"test_some_are_sound_and_every_constructor_occurs": NONE},
-    "tests/grammar/test_extremes.py": {"test_what_is_long_and_right_is_parsed": NONE},
-    "tests/grammar/test_print.py": {"test_comments_anywhere_are_kept": NONE},
-    "tests/test_architecture.py": {"test_kernels_on_disk_are_loaded_without_the_compiler": NONE},
+    "tests/grammar/test_extremes.py": {
+        "test_what_is_long_and_right_is_parsed": NONE,
+        "test_what_is_too_deep_is_refused": ("or", "a bound", "minus", "brackets"),
+    },
+    "tests/grammar/test_print.py": {
+        "test_comments_anywhere_are_kept": NONE,
+        "test_an_expression_survives_printing": NONE,
+    },
+    "tests/test_architecture.py": {
+        "test_kernels_on_disk_are_loaded_without_the_compiler": NONE,
+        "test_commands_that_compute_nothing_import_no_numerics": ("command2", "command3", "command8"),
+        "test_checking_a_scene_imports_no_numerics_and_looks_for_no_data": ("check",),
+    },
     "tests/solvers/test_rod_tendons.py": {
         "test_the_tangent_in_motion_is_the_derivative_of_the_forces": ("TurnedGuides",),
+        "test_a_free_rod_is_not_moved_by_its_tendon": NONE,
     },
     "tests/solvers/test_elements.py": {
         "test_points_on_faces_edges_and_corners_have_the_values_that_any_cell_there_gives": NONE,
@@ -45,7 +63,12 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_authors_mesh.py": {"test_tip": NONE, "test_distance_from_the_scan": NONE},
     "tests/interpreter/test_cli_run.py": {"test_interruption_keeps_what_was_finished": NONE},
-    "tests/interpreter/test_compare_page.py": {"test_in_chromium": ("usual",)},
+    "tests/interpreter/test_compare_page.py": {
+        "test_in_chromium": ("usual",),
+        "test_every_label_is_on_the_page_and_in_the_terminal": (
+            "usual", "no analysis", "two scenes", "asking", "far below",
+        ),
+    },
     "tests/interpreter/test_compile.py": {"test_ten_thousand_lines": NONE},
     "tests/interpreter/test_converged_beam.py": {"test_tip_within_half_a_per_cent_of_the_length": ("hex8",)},
     "tests/interpreter/test_fuzz_corpus.py": {"test_reading_a_scene_does_nothing_but_read": NONE},
@@ -53,6 +76,8 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_reader_that_goes_away": NONE,
         "test_terminals_that_lack_characters": NONE,
         "test_a_journal_that_does_not_fit": NONE,
+        "test_homes_caches_and_folders_that_are_not_there": ("/dev/null",),
+        "test_streams_that_are_closed": ("arguments0",),
     },
     "tests/interpreter/test_incompressible.py": {
         "test_the_limit_in_a_scene": ("0.4999-", "0.5"),
@@ -61,9 +86,11 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_levers.py": {
         "test_a_capped_state_has_its_metrics_and_its_residual": NONE,
         "test_levers_that_cost_no_accuracy": NONE,
+        "test_what_simulators_do_in_a_step_is_no_solution": NONE,
+        "test_a_start_saves_steps_and_is_charged": NONE,
     },
     "tests/interpreter/test_large_stretch.py": {
-        "test_three_times_its_length_in_every_formulation": ("equibiaxial",),
+        "test_three_times_its_length_in_every_formulation": ("0.4999-equibiaxial",),
         "test_a_gripped_strip_at_three_times_its_length": NONE,
     },
     "tests/interpreter/test_measured.py": {"test_with_the_printed_modulus_it_is_six_millimetres_away": NONE},
@@ -73,9 +100,9 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_pulse_between_two_steps_moves_the_body": ("trapezoidal", "bdf2"),
     },
     "tests/interpreter/test_parts.py": {
-        "test_areas_on_flat_faces": ("tet10",),
+        "test_areas_on_flat_faces": ("tet4",),
         "test_random_selections_are_those_of_samples_and_of_the_watchdog": ("0", "2", "7"),
-        "test_selections_along_a_sphere_take_all_of_it": ("tet10-2", "hex8-2", "tet4-2"),
+        "test_selections_along_a_sphere_take_all_of_it": ("hex8-2", "tet4-2"),
         "test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets": ("tet4", "hex8"),
         "test_bands_and_segments_on_a_cylinder": ("tet10",),
         "test_a_border_along_the_surface_says_what_is_open": NONE,
@@ -135,7 +162,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_self_converged.py": {
         "test_the_report_says_what_it_is_worth": NONE,
         "test_metrics_carry_its_uncertainty": NONE,
-        "test_a_sheared_column": ("methods2",),
+        "test_a_sheared_column": ("methods2-0.4999",),
         "test_a_hanging_column_is_round": NONE,
         "test_a_short_round_beam_is_that_of_another_method": NONE,
         "test_a_pressed_column": ("methods1",),
@@ -161,6 +188,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_what_is_done_already_is_not_done_again": NONE,
         "test_a_run_beside_a_busy_loop_is_flagged": NONE,
         "test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own": NONE,
+        "test_phases_of_a_solid_are_mostly_tangents_and_factors": NONE,
     },
     "tests/interpreter/test_study_cli.py": {
         "test_a_variation_in_error_is_a_failed_point_and_status_3": NONE,
@@ -210,19 +238,17 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_what_they_hold_is_what_their_parts_say": ("corner taken-", "a lens-"),
     },
     "tests/solvers/test_damping_state.py": {
-        "test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step": (
-            "mean_dilatation-trapezoidal", "tet10-bdf2",
-        ),
-        "test_what_is_stiff_does_not_brake_what_is_slow": ("bdf2", "trapezoidal"),
+        "test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_the_step": ("tet10-bdf2",),
+        "test_what_is_stiff_does_not_brake_what_is_slow": ("bdf2",),
         "test_a_body_without_forces_flies_on": ("trapezoidal", "bdf2", "newmark"),
     },
     "tests/solvers/test_dynamics.py": {
-        "test_a_support_that_moves": ("trapezoidal", "implicit_euler", "central_differences"),
-        "test_rayleigh_damping_ratio": STEPS,
+        "test_a_support_that_moves": ("implicit_euler", "central_differences"),
+        "test_rayleigh_damping_ratio": ("bdf2",),
         "test_amplification_and_period": STEPS,
     },
     "tests/solvers/test_dynamics_balance.py": {
-        "test_steps_over_six_decades_are_right_or_said_to_be_wrong": STEPS,
+        "test_steps_over_six_decades_are_right_or_said_to_be_wrong": ("bdf2", "central_differences"),
         "test_a_cantilever_over_six_decades_of_steps": STEPS,
         "test_a_stiff_body_that_spins_too_fast_for_the_step_never_comes_out_as_converged_with_a_gain": (
             "newmark", "midpoint", "bdf2",
@@ -235,7 +261,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_step_load_on_a_clamped_bar": STEPS,
         "test_every_mode_of_a_solid_moves_as_one_oscillator": STEPS,
     },
-    "tests/solvers/test_folds.py": {"test_none_is_missed_and_none_is_blamed": ("tet10", "hex8", "hex20")},
+    "tests/solvers/test_folds.py": {"test_none_is_missed_and_none_is_blamed": ("tet10-60", "hex8-60")},
     "tests/solvers/test_jit.py": {
         "test_an_edited_callee_is_never_answered_from_the_cache": NONE,
         "test_a_kernel_that_was_spoilt_is_compiled_anew": ("cut off",),
@@ -246,7 +272,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/solvers/test_mesh.py": {"test_other_cells_fill_the_same_body": ("tet10", "hex8", "hex20")},
     "tests/solvers/test_mesh_distort.py": {
-        "test_the_worst_cell_has_the_quality_that_was_asked_for": ("tet4", "tet10", "hex8"),
+        "test_the_worst_cell_has_the_quality_that_was_asked_for": ("0.2-",),
     },
     "tests/solvers/test_orders_solids.py": {
         "test_order_of_a_manufactured_solution": ("small", "hex8-full"),
@@ -279,6 +305,18 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_viscous.py": {
         "test_a_mass_on_zeners_spring_in_every_integrator": ("trapezoidal",),
         "test_the_loss_tangent_is_that_of_the_series_to_second_order": ("0.1-",),
+    },
+    "tests/interpreter/test_viscous_beams.py": {
+        "test_a_zener_mass_swings_with_its_damped_period": NONE,
+    },
+    "tests/interpreter/test_beds.py": {
+        "test_a_block_sinks_by_pressure_over_stiffness": ("tet4", "tet10", "small, size", "finite, size"),
+    },
+    "tests/interpreter/test_metrics_shown.py": {
+        "test_compare_shows_metrics_that_need_no_reference": ("text1",),
+    },
+    "tests/solvers/test_linear_methods.py": {
+        "test_pardiso_without_its_library_gives_way": ("-True",),
     },
 }  # fmt: skip
 

@@ -225,6 +225,8 @@ def _dimension(f: Field) -> str:
 
 
 def _default(f: Field) -> str:
+    if f.form == "condition" and f.default is not None:
+        return "everywhere"
     if f.default is None:
         return "the only one" if f.form == "name" and f.kind == "body" else "none"
     if f.form == "flag":

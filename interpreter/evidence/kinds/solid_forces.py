@@ -69,6 +69,10 @@ class Solved:
 
             touched, left = of_contacts(self.case, self.mesh, self.u)
             found, unsure = found | touched, unsure + left
+        if self.case.pairs:
+            from softmark.interpreter.evidence.pair_check import of_pairs
+
+            found = found | of_pairs(self.case, self.mesh, self.u)
         return found, unsure
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
@@ -142,8 +146,18 @@ def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
     held = by_support(state.case, state.mesh, inside - outside, x)
-    beds = {name: _alone(state.case, f, x) for name, f in state.beds[0].items()}
+    beds = {name: _alone(state.case, _told(state, name, f), x) for name, f in state.beds[0].items()}
     return held | beds, LEFT * noise + unsure
+
+
+def _told(state: Solved, name: str, f: Floats) -> Floats:
+    """Of forces between pieces of a body (n, 3), those on all but the first."""
+    if all(pair.name != name for pair in state.case.pairs):
+        return f
+    from softmark.solvers.contact.skin import others
+
+    told = others(state.mesh.mesh)
+    return f if told is None else np.where(told[:, None], f, 0.0)
 
 
 def _alone(case: Case, f: Floats, x: Floats) -> Wrench:

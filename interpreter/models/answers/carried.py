@@ -149,8 +149,13 @@ def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
     """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
-    each = {name: _plain(_force(bed, u)) for name, bed in beds.items()}
+    each = {name: _plain(counted(bed, _force(bed, u))) for name, bed in beds.items()}
     return replace(carried, energy=carried.energy - stored, beds=each)
+
+
+def counted(bed: Energy, forces: Floats) -> Floats:
+    """Those of its forces (n, 3), N, that are told: between pieces of a body the force on all but the first."""
+    return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
 
 
 def touched(carried: Carried, contacts: Mapping[str, Touching], case: Case) -> Carried:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.loads import Vector
     from softmark.solvers.contact.touching import Touching
 
+SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
 ON = 1e-3  # of the extent of the surface: a point that is farther from it is not on it
 
 
@@ -39,24 +40,34 @@ class Surface:
 
     def pressure(self, point: Vector) -> float | None:
         """At a material point, m: Pa, linear on triangles. None where it is not on the surface."""
-        from softmark.solvers.contact.gaps.surface import shares
+        from softmark.solvers.contact.gaps.boxes import Boxes
 
         split = np.array(self.pressing.plain.halves)
         triangles = self.pressing.corners[:, split].reshape(-1, 3)
         X = self.X[triangles]
-        share = shares(np.broadcast_to(np.array(point), (len(X), 3)), X)
-        far = np.linalg.norm(np.einsum("tk,tki->ti", share, X) - np.array(point), axis=1)
-        nearest = int(far.argmin())
-        if far[nearest] > ON * float(np.linalg.norm(np.ptp(X.reshape(-1, 3), axis=0))):
+        (nearest,), (share,) = Boxes(X).closest(np.array([point]))
+        far = float(np.linalg.norm(share @ X[nearest] - np.array(point)))
+        if far > ON * float(np.linalg.norm(np.ptp(X.reshape(-1, 3), axis=0))):
             return None
-        return float(share[nearest] @ self.pressing.pressures[triangles[nearest]])
+        return float(share @ self.pressing.pressures[triangles[nearest]])
+
+
+def _alike(X: Floats) -> Ints:
+    """A number for each node (n,) of a slice, the same for all at one place in its plane."""
+    size = float(np.ptp(X, axis=0).max())
+    found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    return found
 
 
 def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> Touch:
     """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
-    f, g = np.zeros(len(X)), np.full(len(X), np.inf)
-    g[contact.nodes] = contact.gaps(u)
-    f[contact.nodes] = contact.A * contact.pressures(u)
     assert contact.facets is not None
-    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth)
-    return Touch(own.area, own.largest, float(g.min()), own.left, Surface(X, contact.nodes, own))
+    gaps, push = contact.gaps(u), contact.A * contact.pressures(u)
+    g = np.full(len(X), np.inf)
+    there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
+    g[contact.nodes] = contact.body.gap(there * (1.0, 1.0, 0.0) if contact.flat else there)
+    f, alike = contact.presses(u, len(X)), _alike(X) if case.planar else None
+    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike)
+    on, whole = push > 0.0, float(push.sum())
+    left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0
+    return Touch(own.area, own.largest, float(gaps.min()), left, Surface(X, contact.nodes, own))

@@ -54,6 +54,7 @@ from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import of_cells
 from softmark.solvers.statics.balance import resultant_on
+from softmark.solvers.statics.clear import clear
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -130,15 +131,15 @@ class PreparedSolid(OnMesh):
 
     def after(self, before: Moved) -> PreparedSolid:
         """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
-        begun = replace(self, first=None, before=np.ravel(before.displacement))
-        return self if self.disturbance else outside.resumed(begun, before.past)
+        begun = self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
+        return outside.resumed(begun, before)
 
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
         problem = replace(self.problem, watch=watch)
         if self.before is not None:
-            problem = outside.begun(problem, self.unknowns.begun(self.before), self.contacts, self.past)
+            problem = replace(problem, start=self.unknowns.begun(self.before))
         if self.first is None:
             return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)
@@ -159,6 +160,8 @@ class PreparedSolid(OnMesh):
 
     def _found(self, problem: Statics) -> Equilibrium:
         """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.contacts:
+            return clear(problem, equilibrium)
         if self.disturbance is None:
             return equilibrium(problem)
         return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
@@ -170,29 +173,33 @@ class PreparedSolid(OnMesh):
         x = self.unknowns.moved(found.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
-        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
-        facts = solution.facts | mesh_facts(self.mesh)
+        facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
+        doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts))
+        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        moved = self._deformed(u, found.x, left)
+        stiffer = found.facts.get("stiffened", 1.0)
+        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
+        moved = Deformed(self.mesh, u, pressures=pressures, left=left, **outside.met(self, u, stiffer))
         modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        return replace(seen, carried=cache(lambda: self._carried(found.x, x)))
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x, stiffer)))
 
     def mass(self) -> Any:
         """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
-    def _carried(self, state: Floats, u: Floats) -> carried.Carried:
+    def _carried(self, state: Floats, u: Floats, stiffer: float) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
-        found = carried.on_mesh(self.mesh, state, u, self.assembly, self.applied, small, whole, self.axial, pulling)
+        beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
+        found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return outside.touched(found, self.contacts, self.pieces[0].case, self.past) if self.contacts else found
+        return outside.touched(found, beside, self.pieces[0].case, self.past) if beside else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -202,11 +209,6 @@ class PreparedSolid(OnMesh):
 
         why = pardiso.lacking()
         return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
-
-    def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
-        pressures = self.unknowns.pressed(self.solid, self.pieces, state)
-        past = outside.past(self.contacts, u.ravel(), self.past)
-        return Deformed(self.mesh, u, pressures=pressures, left=left, past=past)
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
@@ -308,7 +310,7 @@ def at_rest(
         None if twins is None else assembly.with_internal([*twins, *beds.values()]),
         unknowns.of_displacements(soundness(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
-        convex=model.strain == "small" and assembly.conservative and not contacts,
+        convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
         extent=mesh.extent,
         path=case.analysis.path,
         way=way,
@@ -325,10 +327,8 @@ def at_rest(
         *notes_of_parts(declared, case, mesh),
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
-    made = PreparedSolid(
-        *known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0, muscles=(*tensions,),
-        contacts=contacts,
-    )  # fmt: skip
+    made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0,
+                         muscles=(*tensions,), contacts=contacts)  # fmt: skip
     return made, parts
 
 

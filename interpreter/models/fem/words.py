@@ -81,6 +81,7 @@ class Fem(MadeOf, Model):
     directed = True
     composite = True
     bedded = True
+    touches = True
     finely = ("size",)
 
     element: Annotated[

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Self
@@ -198,6 +198,7 @@ class Recovered(Meshed):
     frames: Floats | None = None
     pressures: Floats | None = None
     left: Floats | None = None
+    beside: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def displacement(self) -> Floats:

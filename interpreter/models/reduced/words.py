@@ -40,6 +40,7 @@ class Reduced(Model):
             _linear(scene, declared),
             _driven(declared, case),
             _bedded(declared, case),
+            _touching(declared, case),
         )
         return [*(d for d in found if d is not None), *self.turns(declared, case), *self.forgets(declared, case)]
 
@@ -227,6 +228,15 @@ def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
         return None
     problem = f"`{declared.name}` cannot reduce a body that lies on the springs of `{case.beds[0].name}`"
     return diagnostic("E532", declared.at("of"), problem, "springs on a surface", f"use `{declared.thing.of}` itself")
+
+
+def _touching(declared: Declared, case: Case) -> Diagnostic | None:
+    """Its fields are those of a body that nothing touches."""
+    if not case.contacts:
+        return None
+    touch = case.contacts[0]
+    return diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
+                      "a contact", f"use `{declared.thing.of}` itself")  # fmt: skip
 
 
 def _driven(declared: Declared, case: Case) -> Diagnostic | None:

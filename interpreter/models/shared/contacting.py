@@ -73,26 +73,42 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
     facets = _surface(case, touch, mesh)
-    nodes, areas = node_areas(mesh.points, facets, mesh.element.facet.triangles, case.depth)
-    barrier, moving = barrier_of(case, touch, mesh), Moving(gap, touch)
-    made = Touching(nodes, mesh.points[nodes], areas, barrier, moving, bool(case.planar), facets=facets)
+    split = mesh.element.facet.triangles
+    nodes, areas = node_areas(mesh.points, facets, split, case.depth)
+    barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
+    triangles = facets[:, np.array(split)].reshape(-1, 3)
+    if (parts := finer(gap, mesh.points[triangles])) > 1 and not (touch.thing.friction or case.planar):
+        from softmark.solvers.contact.inner import inner
+
+        made = inner(made, mesh.points, triangles, parts, case.depth)
     if touch.thing.friction:
         from softmark.solvers.contact.rubbing import rubbing
 
-        made = rubbing(made, touch.thing.friction, moving.pose)
+        made = rubbing(made, touch.thing.friction, posed.pose)
     _must_be_apart(case, touch, made)
     return made
 
 
+def finer(gap: Gap | None, corners: Floats) -> int:
+    """Into how many parts edges of triangles with those corners (t, 3, 3), m, are split to meet what is sharper."""
+    from softmark.solvers.contact.inner import MOST
+
+    longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    sharpest = np.inf if gap is None else gap.sharpest
+    return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
+
+
 def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
     """Raises Fault where a rigid body overlaps the body before anything has moved."""
-    g = made.at(0.0).gaps(np.zeros(3 * (int(made.nodes.max()) + 1)))
+    rest, start = np.zeros(3 * (int(made.nodes.max()) + 1)), made.at(0.0)
+    g = start.gaps(rest)
     deepest = int(g.argmin())
     if g[deepest] > -made.barrier.distance:
         return
     from softmark.interpreter.language import units
 
-    at = units.show_all(made.X[deepest].tolist(), units.LENGTH)
+    at = units.show_all(start.places(rest)[deepest].tolist(), units.LENGTH)
     deep = units.show(float(-g[deepest]), units.LENGTH)
     raise fault(
         "E611",

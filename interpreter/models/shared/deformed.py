@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from softmark.solvers.mesh.mesh import Floats, Mesh
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rubbing import Past
+    from softmark.solvers.contact.gaps.gap import Gap
 
 
 @dataclass(frozen=True)
@@ -61,4 +63,6 @@ class Deformed(Meshed):
     frames: Floats | None = None  # (t, n, 3) m: displacements at these times
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
     left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
+    beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
     past: Past = field(default_factory=dict)  # what friction remembers, by contact
+    stiffer: float = 1.0  # times what was begun with were the barriers before them

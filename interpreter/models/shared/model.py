@@ -52,6 +52,7 @@ class Model:
     loads: tuple[type[Any], ...] = (PerMass, PerArea, Tensile, Follower, Turning, AtPoint)  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     bedded = False  # it takes bodies that lie on springs
+    touches = False  # it takes bodies that touch others
     moves = True  # it takes dynamic analyses
     wired = False  # it is of networks of axes, and of nothing else
     sectional = False  # it moves by whole sections, about an axis, which may be hollow
@@ -159,6 +160,14 @@ class Model:
                 yield diagnostic("E413", plate.at(), f"`{plate.name}` has no mass to move with, and the analysis is"
                                  " dynamic", "not in motion", "use it at rest or with `quasistatic(...)`, or move the"
                                  " face by `displaced(...)`")  # fmt: skip
+        if case.contacts:
+            from softmark.interpreter.models.shared import touched
+
+            yield from touched.refusals(self, declared, case)
+        if case.pairs:
+            from softmark.interpreter.models.shared import pair_limits
+
+            yield from pair_limits.refusals(self, declared, case)
         yield from self.turns(declared, case)
         yield from self.forgets(declared, case)
 

@@ -15,7 +15,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
-from softmark.interpreter.problem.case import Case, Fault
+from softmark.interpreter.problem.case import Case, Fault, Touch
 from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.thinning import picked
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
 MOMENTS = 200  # of the energies that a report keeps
+BOUNCES = 50  # impacts that a report keeps
 REMEDY = "try a smaller step, another integrator or more damping"
 
 
@@ -221,6 +222,12 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["energy"] = track.balance.facts
         facts["drift_J"] = float(track.energies["drift"][-1])
+    if track.impacts is not None:
+        facts["impacts"] = [
+            {"begin_s": b.begin, "end_s": b.end, "before_m_s": b.before.tolist(), "after_m_s": b.after.tolist(),
+             "restitution": b.restitution}
+            for b in track.impacts[:BOUNCES]
+        ]  # fmt: skip
     return facts
 
 
@@ -334,15 +341,16 @@ def in_motion(
     must_be_followed(case, analysis)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
+    contacts = [load for load in rest.assembly.loads if load.driven]
     problem = Dynamics(
-        Assembly(dofs, rest.fixed, internal, [energy for _, energy in loads]),
+        Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
         mass,
         np.zeros(dofs),
         velocity(analysis, mesh.points, mass),
         rest.fixed,
         rest.target,
         support_course(case),
-        tuple(course_of(load) for load, _ in loads),
+        (*(course_of(load) for load, _ in loads), *(course_of_rigid(touch) for touch in case.contacts)),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator,
         analysis.tolerance,
@@ -375,6 +383,12 @@ def course_of(load: Declared) -> Course:
     """How a load or support grows in time; in full from the start where the scene does not say."""
     course: Course | None = load.thing.course
     return course or Constant()
+
+
+def course_of_rigid(touch: Touch) -> Course:
+    """The one course of a rigid body; of one that stays, whatever is steady."""
+    first = next((s for s in touch.moved if s.thing.moves), None)
+    return Constant() if first is None else course_of(first)
 
 
 def support_course(case: Case) -> Course:

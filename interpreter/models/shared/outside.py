@@ -2,30 +2,59 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language.messages import diagnostic
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.models.fem.build import PreparedSolid
+    from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Floats
-    from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.statics.problem import Statics
 
 
-def beds(case: Case, mesh: Mesh) -> dict[str, Bedding]:
-    """The springs that it lies on, by name. Raises Fault."""
-    if not case.beds:
-        return {}
-    from softmark.interpreter.models.shared.bedding import beds_on
+def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
+    """The springs that it lies on, ties of its pieces and what keeps it clear of itself, by name. Raises Fault."""
+    found: dict[str, Any] = {}
+    if case.beds:
+        from softmark.interpreter.models.shared.bedding import beds_on
 
-    return beds_on(case, mesh)
+        found |= beds_on(case, mesh)
+    if case.pairs:
+        from softmark.interpreter.models.shared.pairing import pairs_on
+
+        found |= pairs_on(case, mesh)
+    return found
+
+
+def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
+    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
+    found = {}
+    for name, bed in beds.items():
+        if bed.wandering:
+            from softmark.solvers.checks.crossings import crossings as passing
+
+            found[name] = len(passing(bed.skin.places(x)[: bed.skin.corners], bed.skin.faces))
+    return {"crossings": found} if found else {}
+
+
+def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning of every contact whose surfaces pass through each other."""
+    for name, count in facts.get("crossings", {}).items():
+        if count:
+            yield diagnostic("W630", declared.at(),
+                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
+                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip
 
 
 def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
@@ -37,6 +66,39 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     return contacts_on(case, mesh)
 
 
+def as_stiff(
+    contacts: Mapping[str, Touching], assembly: Assembly, factor: float
+) -> tuple[Mapping[str, Touching], Assembly]:
+    """Contacts, which are the last of the loads, and the assembly, with barriers so many times as stiff."""
+    if factor == 1.0 or not contacts:
+        return contacts, assembly
+    stiffer = {name: contact.stiffer(factor) for name, contact in contacts.items()}
+    loads = [*assembly.loads[: -len(stiffer)], *stiffer.values()]
+    return stiffer, assembly.acting(assembly.internal, loads)
+
+
+def resumed(made: PreparedSolid, before: Moved) -> PreparedSolid:
+    """The same, whose contacts know where their rigid bodies were in the state before."""
+    if not before.beside:
+        return made
+    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in made.contacts.items()}
+    if before.past:
+        from softmark.interpreter.models.shared import rubbing
+
+        contacts = rubbing.resumed(contacts, before.past)
+    loads = [*made.problem.assembly.loads[: -len(contacts)], *contacts.values()]
+    assembly = made.problem.assembly.acting(made.problem.assembly.internal, loads)
+    return replace(made, problem=replace(made.problem, assembly=assembly), contacts=contacts, past=before.past)
+
+
+def met(made: PreparedSolid, u: Floats, stiffer: float) -> dict[str, Any]:
+    """What a state u (n, 3), m, has of contacts: rigid bodies where they are, and what friction remembers."""
+    if not made.contacts:
+        return {}
+    contacts, _ = as_stiff(made.contacts, made.assembly, stiffer)
+    return {"beside": beside(contacts), "stiffer": stiffer, "past": past(contacts, u.ravel(), made.past)}
+
+
 def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
     """What friction remembers after displacements u (3 n,), m; nothing where there is none."""
     if not any(contact.rubs for contact in contacts.values()):
@@ -44,26 +106,6 @@ def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
     from softmark.interpreter.models.shared.rubbing import past_of
 
     return past_of(contacts, u, before)
-
-
-def resumed(prepared: PreparedSolid, past: Past) -> PreparedSolid:
-    """A model that goes on from what friction remembers of the state before."""
-    if not past:
-        return prepared
-    from softmark.interpreter.models.shared import rubbing
-
-    contacts = rubbing.resumed(prepared.contacts, past)
-    problem = rubbing.exchanged(prepared.problem, prepared.contacts, contacts)
-    return replace(prepared, contacts=contacts, problem=problem, past=past)
-
-
-def begun(problem: Statics, x: Floats, contacts: Mapping[str, Touching], past: Past) -> Statics:
-    """A problem that starts from a state x before, moved on with what sticks to rigid bodies."""
-    if not past:
-        return replace(problem, start=x)
-    from softmark.interpreter.models.shared import rubbing
-
-    return replace(problem, start=rubbing.begun(problem, x, contacts, past))
 
 
 def touched(found: Carried, contacts: Mapping[str, Touching], case: Case, before: Past) -> Carried:
@@ -78,3 +120,8 @@ def touched(found: Carried, contacts: Mapping[str, Touching], case: Case, before
 
     touches = {n: slipped(t, contacts[n], found.u.ravel(), rubbed.get(n)) for n, t in found.touches.items()}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
+
+
+def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:
+    """The rigid bodies where they are, by contact."""
+    return {name: contact.body for name, contact in contacts.items()}

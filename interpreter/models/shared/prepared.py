@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Stresses
@@ -75,6 +76,10 @@ class Moved(Protocol):
     @property
     def past(self) -> Past:
         """What friction remembers of the states so far, by contact."""
+
+    @property
+    def beside(self) -> Mapping[str, Gap]:
+        """Rigid bodies where they are, by the name of the contact."""
 
 
 @dataclass(frozen=True)

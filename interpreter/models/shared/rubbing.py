@@ -18,28 +18,21 @@ LEAST = 1e-300  # N
 if TYPE_CHECKING:
     from softmark.interpreter.results.reactions import Touch
     from softmark.solvers.contact.touching import Touching
-    from softmark.solvers.energies.energy import Energy, Floats
-    from softmark.solvers.statics.problem import Statics
+    from softmark.solvers.energies.energy import Floats
 
 
 @dataclass(frozen=True)
 class Rubbed:
-    """What a state leaves of a contact with friction: the `contact` itself, with the anchors that it leaves.
+    """What a state leaves of a contact with friction.
 
-    `slid` (m,) is how far each node has slid in all, m, `work` what friction has turned into heat up to this state, J,
+    `anchors` (m, 3) are points of the rigid body as it is declared, m. `slid` (m,) is how far each node has slid in all, m, `work` what friction has turned into heat up to this state, J,
     and `now` in it alone.
     """
 
-    contact: Rubbing
+    anchors: Floats
     slid: Floats
     work: float
     now: float
-
-    @property
-    def anchors(self) -> Floats:
-        """Points of the rigid body as it is declared (m, 3), m."""
-        assert self.contact.anchors is not None
-        return self.contact.anchors
 
 
 Past = Mapping[str, Rubbed]
@@ -54,7 +47,7 @@ def past_of(contacts: Mapping[str, Touching], u: Floats, before: Past) -> dict[s
             slid = np.where(slip.t > 0.0, np.maximum(slip.size - slip.t / contact.spring, 0.0), 0.0)
             earlier = before.get(name)
             known = (np.zeros_like(slid), 0.0) if earlier is None else (earlier.slid, earlier.work)
-            found[name] = Rubbed(replace(contact, anchors=contact.settled(u)), known[0] + slid, known[1] + lost, lost)
+            found[name] = Rubbed(contact.settled(u), known[0] + slid, known[1] + lost, lost)
     return found
 
 
@@ -73,21 +66,3 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
 def resumed(contacts: Mapping[str, Touching], past: Past) -> dict[str, Touching]:
     """Contacts that go on from where a state has left their anchors."""
     return {n: replace(c, anchors=past[n].anchors) if n in past else c for n, c in contacts.items()}  # type: ignore[call-arg]
-
-
-def begun(problem: Statics, x: Floats, contacts: Mapping[str, Touching], past: Past) -> Floats:
-    """The state x (dofs,) before, carried along by what its nodes stick to."""
-    from softmark.solvers.statics.friction import towed
-
-    own = {id(contacts[name]): known.contact for name, known in past.items()}
-    before: list[Energy] = [own.get(id(e), e) for e in problem.assembly.loads]
-    return towed(problem, before, x)
-
-
-def exchanged(problem: Statics, old: Mapping[str, Touching], new: Mapping[str, Touching]) -> Statics:
-    """A problem with other contacts."""
-    other = {id(old[n]): new[n] for n in old}
-    loads: list[Energy] = [other.get(id(e), e) for e in problem.assembly.loads]
-    assembly = problem.assembly.acting(problem.assembly.internal, loads)
-    twin = None if problem.twin is None else problem.twin.acting(problem.twin.internal, loads)
-    return replace(problem, assembly=assembly, twin=twin)

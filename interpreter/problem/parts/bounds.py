@@ -6,6 +6,7 @@ number would.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,8 @@ class Bounds(Enclosure):
         return Bounds((np.full_like(like.low, low), np.full_like(like.low, high)), (zero, zero))
 
     def __add__(self, other: Any) -> Bounds:
+        if isinstance(other, float):
+            return Bounds((self.low + other, self.high + other), self.steep)
         o = Bounds.of(other, self)
         steep = self.steep[0] + o.steep[0], self.steep[1] + o.steep[1]
         return Bounds((self.low + o.low, self.high + o.high), steep)
@@ -54,6 +57,10 @@ class Bounds(Enclosure):
         return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Bounds:
+        if isinstance(other, float) and other != 0.0 and math.isfinite(other):
+            ends = (self.low, self.high), self.steep
+            value, steep = (_turned((other * low, other * high), other < 0.0) for low, high in ends)
+            return Bounds(value, steep)
         o = Bounds.of(other, self)
         a, b = (self.low, self.high), (o.low, o.high)
         left, right = _times(self.steep, b), _times(a, o.steep)
@@ -105,7 +112,13 @@ class Bounds(Enclosure):
 def _known(pair: Pair) -> Pair:
     """Everything where a bound is not a number, as infinity times zero."""
     low, high = pair
+    if not (np.isnan(low).any() or np.isnan(high).any()):
+        return pair
     return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
+
+
+def _turned(pair: Pair, turned: bool) -> Pair:
+    return pair[::-1] if turned else pair
 
 
 def _times(a: Pair, b: Pair) -> Pair:

@@ -145,7 +145,12 @@ def _along_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points:
         return np.zeros(0, dtype=np.bool_)
     t = np.concatenate([_gauss(n)[0] for n in RAYS])
     start, ends = tri[:, :1], tri[:, 1, None] + t[:, None] * (tri[:, 2] - tri[:, 1])[:, None]
-    s = _roots(lambda s: asked.level(b, asked.patches.at(f, start + s[:, :, None] * (ends - start))), len(f), len(t))
+    way = ends - start
+
+    def level(rows: Ints, s: Floats) -> Floats:
+        return asked.level(b, asked.patches.at(f[rows], start[rows] + s[:, :, None] * way[rows]))
+
+    s = _roots(level, len(f), len(t))
     twice = 2.0 * np.abs(areas(tri))
     few, many = s[:, : RAYS[0]], s[:, RAYS[0] :]
     apart = 0.5 * twice * np.abs(few**2 @ _gauss(RAYS[0])[1] - many**2 @ _gauss(RAYS[1])[1])
@@ -166,23 +171,27 @@ def _along_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points:
     return fine
 
 
-def _roots(level: Callable[[Floats], Floats], n: int, m: int) -> Floats:
-    """Where levels vanish along rays s in [0, 1] (n, m), at the end of those where they do not (Illinois method)."""
+def _roots(level: Callable[[Ints, Floats], Floats], n: int, m: int) -> Floats:
+    """Where levels vanish along rays s in [0, 1] (n, m), at the end of those where they do not (Illinois method).
+
+    `level` is asked of some rows at a time: those of which all rays are done are asked no more.
+    """
+    found, rows = np.ones((n, m)), np.arange(n)
     a, b = np.zeros((n, m)), np.ones((n, m))
-    fa, fb = np.array(level(a)), np.array(level(b))
-    none = np.sign(fa) * np.sign(fb) > 0.0
-    fb = np.where(none, 0.0, fb)
+    fa, fb = np.array(level(rows, a)), np.array(level(rows, b))
+    fb = np.where(np.sign(fa) * np.sign(fb) > 0.0, 0.0, fb)
     x = b
     for _ in range(100):
         flat = fb - fa
         new = np.where(flat == 0.0, x, (a * fb - b * fa) / np.where(flat == 0.0, 1.0, flat))
-        new = np.clip(new, np.minimum(a, b), np.maximum(a, b))
-        done = bool(np.all(np.abs(new - x) <= 1e-15) or np.all(fb == 0.0))
-        x = np.where(fb == 0.0, b, new)
-        if done:
+        new = np.where(fb == 0.0, b, np.clip(new, np.minimum(a, b), np.maximum(a, b)))
+        going = np.any(np.abs(new - x) > 1e-15, axis=1) & np.any(fb != 0.0, axis=1)
+        found[rows] = new
+        if not going.any():
             break
-        fx = np.where(fb == 0.0, 0.0, level(x))
+        rows, a, b, fa, fb, x = (own[going] for own in (rows, a, b, fa, fb, new))
+        fx = np.where(fb == 0.0, 0.0, level(rows, x))
         over_ = np.sign(fx) * np.sign(fb) < 0.0
         a, fa = np.where(over_, b, a), np.where(over_, fb, 0.5 * fa)
         b, fb = x, fx
-    return x
+    return found

@@ -51,13 +51,13 @@ class Patches:
     def at(self, f: Ints, xi: Floats) -> Floats:
         """Points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""
         N = self.facet.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
-        X: Floats = np.einsum("nqk,nki->nqi", N, self.corners[f])
+        X: Floats = N @ self.corners[f]
         return X
 
     def area(self, f: Ints, xi: Floats) -> Floats:
         """Area vectors (n, 3) of facets f at local points xi (n, 2), m^2 per unit of local area."""
-        tangents = np.einsum("nkj,nki->jni", self.facet.gradient(xi), self.corners[f])
-        found: Floats = np.cross(tangents[0], tangents[1])
+        tangents = self.facet.gradient(xi).swapaxes(1, 2) @ self.corners[f]  # (n, 2, 3)
+        found: Floats = np.cross(tangents[:, 0], tangents[:, 1])
         return found
 
     def seen(self, X: Floats) -> tuple[Any, Any, Any]:

@@ -58,26 +58,29 @@ class Piece:
         return Piece(measure, lambda out: self.moved(-out))
 
 
-@lru_cache(maxsize=64)
 def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
     """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files.
 
     Found once for all models of a body. Of combined bodies each part's own surface is taken, where it is one of theirs.
     """
-    if condition.groups or (found := pieces(shape)) is None:
-        return None
-    area, vector, _ = _added([piece.measure(condition, shape.diagonal) for piece in found])
-    return area, vector
+    found = None if condition.groups else _measured(shape, condition)
+    return found and found[:2]
 
 
-@lru_cache(maxsize=64)
 def volume(shape: Shape) -> float | None:
     """m^3, of combined bodies too, a third of what goes through their surface (Gauss); None where it is not known."""
     if not isinstance(shape, Combined):
         return shape.volume
+    found = _measured(shape, EVERYWHERE)
+    return found and found[2] / 3.0
+
+
+@lru_cache(maxsize=64)
+def _measured(shape: Shape, condition: Condition) -> Measured | None:
+    """Of what is selected of all its surface, once; None of shapes from files."""
     if (found := pieces(shape)) is None:
         return None
-    return _added([piece.measure(EVERYWHERE, shape.diagonal) for piece in found])[2] / 3.0
+    return _added([piece.measure(condition, shape.diagonal) for piece in found])
 
 
 def tended(shape: Combined, condition: Condition, size: float) -> float | None:

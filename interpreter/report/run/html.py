@@ -21,6 +21,7 @@ from softmark.interpreter.report.run.figures import (
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.header import header, title
 from softmark.interpreter.report.run.tables import (
+    contacts,
     filled,
     listing,
     loads,
@@ -56,6 +57,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("varying", regions.varying),
     ("loads", loads.section_of),
     ("supports", reactions.section_of),
+    ("contacts", contacts.section_of),
     ("modes", modes.section_of),
     ("expectations", verdicts.expectations),
     ("warnings", verdicts.warnings),

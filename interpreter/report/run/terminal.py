@@ -15,7 +15,7 @@ from softmark.interpreter.language.amounts import as_asked, negligible
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
 from softmark.interpreter.report.run.figures import over_states
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
-from softmark.interpreter.report.run.tables import agreement, reactions, vouching
+from softmark.interpreter.report.run.tables import agreement, contacts, reactions, vouching
 from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
 from softmark.records import dataclass
@@ -52,7 +52,8 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
     notes = [*_uncertain(report), *_doubted(report), *_reasons(report), *_said(report), *_read(report)]
-    if notes := [*notes, *agreement.lines(findings), *vouching.lines(report), *reactions.lines(report)]:
+    notes += [*agreement.lines(findings), *vouching.lines(report), *reactions.lines(report), *contacts.lines(report)]
+    if notes:
         parts += ["", *notes]
     if report.expectations:
         parts += ["", *(_expectation(e, paint) for e in report.expectations)]

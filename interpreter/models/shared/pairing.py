@@ -1,0 +1,137 @@
+"""Contacts of a body with itself and ties of its pieces: from what a scene says to energies of its surface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.language import units
+from softmark.interpreter.problem.case import fault
+from softmark.interpreter.vocabulary.pairs import Tied as TiedWord
+from softmark.solvers.contact.colliding import Colliding, NoToolkit, toolkit
+from softmark.solvers.contact.skin import Skin, others, pieces_of, skin_of
+from softmark.solvers.contact.tied import Tied, tied
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+    from softmark.solvers.energies.energy import Energy, Ints
+    from softmark.solvers.mesh.mesh import Mesh
+
+THIN = 1e-3  # of the size of a body: where the barrier begins
+SOFT = 0.1  # of Young's modulus: the stiffness of the barrier
+STRAIGHT, CURVED = 3, 4  # parts of a side of a facet with nodes at its corners alone, and of others
+STIFF = 1e4  # times Young's modulus over the size of a body: a joint
+REACH = 1e-2  # of the size: surfaces that are no farther apart lie on each other
+CLOSE = 1e-8  # of the size: surfaces that are nearer touch
+
+
+def pairs_on(case: Case, mesh: Mesh) -> dict[str, Energy]:
+    """The energy of every contact of the body with itself and of every tie, by name. Raises Fault."""
+    return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
+
+
+def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
+    _must_be_installed(pair)
+    said, several = pair.thing, int(pieces_of(mesh).max()) > 0
+    parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)
+    skin = skin_of(mesh, mesh.points.size, parts, _facets(case, pair, mesh), bool(case.planar), case.depth)
+    thickness = _thickness(case, mesh, skin)
+    usual = THIN * mesh.extent
+    asked = said.distance or usual
+    stiffness = said.stiffness or SOFT * young(case)
+    told = others(mesh)
+    made = Colliding(skin, asked, stiffness, several, thickness, told)
+    left = _gap(pair, made, mesh)
+    if said.distance is None and left < usual:
+        made = Colliding(skin, left, stiffness, several, thickness, told)
+    return made
+
+
+def young(case: Case) -> float:
+    """The largest Young's modulus of what a body is made of, Pa."""
+    return float(max(2.0 * m.shear_modulus * (1.0 + m.poisson) for m in case.typical))
+
+
+def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
+    """Of a slice, or the way around of its middle ring, m; 1 in space."""
+    if case.depth:
+        return float(2.0 * np.pi * np.abs(skin.X[:, 0]).mean())
+    return float(np.ptp(mesh.points[:, 2])) if case.planar else 1.0
+
+
+def _gap(pair: Declared, made: Colliding, mesh: Mesh) -> float:
+    """How far surfaces are apart at the start, m, at most the distance. Raises Fault where they meet."""
+    rest = np.zeros(mesh.points.size)
+    found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
+    if found > CLOSE * mesh.extent:
+        return found
+    raise fault(
+        "E631",
+        pair.at(),
+        f"surfaces that `{pair.name}` is to keep apart touch or overlap before anything has moved",
+        "no gap at the start",
+        "leave a gap between the shapes, be it a thousandth of their size: flat facets of curved sides need more of it;"
+        " surfaces that are to hold together are `tied(...)`",
+    )
+
+
+def _must_be_installed(pair: Declared) -> None:
+    try:
+        toolkit()
+    except NoToolkit as error:
+        raise fault(
+            "E630",
+            pair.at(),
+            f"`{pair.name}` needs the package ipctk, which is not installed",
+            "no contact of bodies that deform",
+            'install it: pip install "softmark[contact]"',
+        ) from error
+
+
+def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
+    said, of = pair.thing, pieces_of(mesh)
+    which = _facets(case, pair, mesh)
+    piece = of[mesh.facets[which, 0]]
+    stiffness = said.stiffness or STIFF * young(case) / mesh.extent
+    reach = said.reach or REACH * mesh.extent
+    each = [tied(mesh, which[piece == a], which[piece > a], stiffness, reach, case.depth) for a in range(int(of.max()))]
+    each = [made for made in each if len(made.nodes)]
+    if not each:
+        raise fault(
+            "E632",
+            pair.at("where" if "where" in pair.fields else ""),
+            f"`{pair.name}` finds no surfaces of `{case.body.name}` that lie on each other",
+            "ties nothing",
+            f"two pieces of the body must have sides that face each other within {units.show(reach, units.LENGTH)}:"
+            " give a larger `reach`, or another `where`",
+        )
+    return Tied(
+        np.concatenate([t.nodes for t in each]),
+        np.concatenate([t.K for t in each]),
+        sum(t.area for t in each),
+        stiffness,
+        others(mesh),
+    )
+
+
+def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
+    """Numbers of the facets of the mesh that a condition selects, of a slice those of its edge. Raises Fault."""
+    from softmark.interpreter.problem.parts.surface import loaded
+
+    rows = loaded(case.shape, mesh, pair.thing.where).touched
+    known = {tuple(row): i for i, row in enumerate(np.sort(mesh.facets, axis=1).tolist())}
+    found = np.array(sorted({known[tuple(row)] for row in np.sort(rows, axis=1).tolist()}), dtype=np.int64)
+    if case.planar and len(found):
+        z = mesh.points[mesh.facets[found]][..., 2]
+        found = found[np.ptp(z, axis=1) > CLOSE * np.ptp(mesh.points[:, 2])]
+    if not len(found):
+        raise fault(
+            "E302",
+            pair.at("where" if "where" in pair.fields else ""),
+            f"`{pair.name}` selects no part of the surface of `{case.body.name}`",
+            "selects nothing",
+            "the condition must hold on a part of the surface of the body",
+        )
+    return found

@@ -1,0 +1,345 @@
+"""From a scene to the rigid body that presses a face, and what theories of contact say of forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case, Touch
+from softmark.interpreter.problem.indenter import indenter
+from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
+from softmark.interpreter.problem.stretches import ends_of
+from softmark.interpreter.results.reactions import AtRest, Reaction
+from softmark.interpreter.results.reactions import Touch as Touched
+from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.courses import in_full
+from softmark.interpreter.vocabulary.supports import ByVector, Holding
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.half_space import Surroundings
+from softmark.references.pressed import SAID, Pressed
+from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+
+NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie
+SAME = 1e-9  # of the body's size, or of a travel: what is less is none
+ONE = "one rigid body, one `between(...)`, and nothing else that acts"
+FAR = "hold the far face whole: `fixed(...)`, or its normal alone, so that it slides"
+NONE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Face:
+    """A flat face of a body: `end` 0 is the low one across x, y or z (`way`), or the root of a cylinder."""
+
+    body: Rectangular | Round
+    way: int
+    end: int
+
+    @property
+    def normal(self) -> Vector:
+        """Unit vector, out of the body."""
+        sign = 1.0 if self.end else -1.0
+        if isinstance(self.body, Round):
+            return moved(NONE, (sign, self.body.shape.axis))
+        return with_coordinate(NONE, self.way, sign)
+
+    @property
+    def middle(self) -> Vector:
+        """Its middle, m; of a body of revolution on its axis."""
+        if isinstance(self.body, Round):
+            return moved(self.body.shape.root, (self.end * self.thickness, self.body.shape.axis))
+        corner = self.body.high if self.end else self.body.low
+        centre = with_coordinate(self.body.middle, self.way, corner[self.way])
+        return with_coordinate(centre, 0, 0.0) if self.body.turns else centre
+
+    @property
+    def thickness(self) -> float:
+        """To the face across, m."""
+        return self.body.shape.length if isinstance(self.body, Round) else self.body.size(self.way)
+
+    @property
+    def body_turns(self) -> bool:
+        """Whether the body is the half section of one of revolution."""
+        return isinstance(self.body, Rectangular) and self.body.turns
+
+    @property
+    def across(self) -> tuple[int, ...]:
+        """Directions of x, y and z along it in which its points may move."""
+        if isinstance(self.body, Round):
+            return tuple(c for c in range(3) if abs(self.body.shape.axis[c]) < 0.5)
+        return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
+
+    def taken(self, where: Any) -> set[int]:
+        """Which of it (its `end`) and the far face a condition selects, whole and nothing else."""
+        own = self.body
+        return ends_of(where, own.shape) if isinstance(own, Round) else own.taken(where, self.way)
+
+    def over(self, low: Vector, high: Vector) -> bool:
+        """Whether what lies between two corners is above a part of it, by its coordinates along the face."""
+        own_low, own_high = self._limits
+        return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
+
+    def above(self, point: Vector) -> bool:
+        """Whether a point lies above it, not beside it."""
+        low, high = self._limits
+        size = max(b - a for a, b in zip(low, high, strict=True))
+        return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
+
+    @property
+    def _limits(self) -> tuple[Vector, Vector]:
+        return self.body.shape.bounds if isinstance(self.body, Round) else (self.body.low, self.body.high)
+
+    def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
+        """From a point of it to the nearest side that is no plane of symmetry (direction, end), m."""
+        if isinstance(self.body, Round):
+            return self.body.shape.radius - math.dist(at, self.middle)
+        if self.body.turns:
+            return self.body.high[0]
+        low, high = self._limits
+        sides = [
+            (at[c] - low[c], high[c] - at[c])[end] for c in self.across for end in (0, 1) if (c, end) not in mirrors
+        ]
+        return min(sides, default=math.inf)
+
+
+# ------------------------------------------------------------------ from the scene
+
+
+def face_of(case: Case) -> tuple[Touch, Face]:
+    """The one contact of a case, and the face that its rigid body lies above. Raises Refused."""
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the theory is one of rest")
+    if case.parts or hasattr(case.material, "passive"):
+        raise Refused(f"`{case.body.name}` is not of one material that is at rest", "use one for all of it")
+    if case.planar == "plane_stress":
+        raise Refused("its body is in plane stress", "use `plane_strain(...)`, or a solid")
+    if len(case.contacts) != 1:
+        count = len(case.contacts) or "no"
+        raise Refused(f"`{case.body.name}` has {count} contacts with rigid bodies", f"it takes {ONE}")
+    touch, body = case.contacts[0], solid_body(case)
+    ways = (0,) if isinstance(body, Round) else (1,) if body.turns else (0, 1) if body.flat else (0, 1, 2)
+    for face in (Face(body, way, end) for way in ways for end in (0, 1)):
+        if _above(touch, face):
+            return touch, face
+    raise Refused(f"`{touch.rigid.name}` lies above no flat face of `{case.body.name}`", "begin with a gap above one")
+
+
+def _above(touch: Touch, face: Face) -> bool:
+    """Whether a rigid body lies above a face, by the least and the largest of its coordinates, or by its plane."""
+    shape, n = touch.rigid.thing.shape, face.normal
+    normal = getattr(shape, "normal", None)
+    if normal is not None:  # all behind a plane
+        return bool(dot(normal, n) < -1.0 + SAME)
+    if shape.bounds is None:
+        return False
+    low, high = shape.bounds
+    x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    return dot(moved((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
+
+
+def travel(touch: Touch) -> Vector:
+    """Where supports have taken a rigid body, m. Raises Refused where it turns."""
+    shift = NONE
+    for support in touch.moved:
+        thing = in_full(support.thing)
+        if thing.turns:
+            raise Refused(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
+        if isinstance(thing, ByVector):
+            shift = moved(shift, (1.0, by(support.thing)))
+    return shift
+
+
+def by(thing: Any) -> Vector:
+    """The displacement of what a support moves, m."""
+    x, y, z = (v if c in thing.components else 0.0 for c, v in enumerate(thing.displacement))
+    return x, y, z
+
+
+def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
+    """Whether the far face is bonded, and the sides that are planes of symmetry. Raises Refused.
+
+    Of what only keeps the body from drifting, as points that are held in a plane through the axis, nothing is said.
+    """
+    held, mirrors = set[int](), set[tuple[int, int]]()
+    for support in case.named_supports:
+        thing = in_full(support.thing)
+        if not isinstance(thing, Holding) or thing.moves:
+            raise Refused(f"the support `{support.name}` moves `{case.body.name}`", FAR)
+        if face.taken(thing.where) == {1 - face.end}:
+            held |= set(thing.components)
+            continue
+        side = _mirror(face, thing)
+        if side is None:
+            raise Refused(f"the support `{support.name}` holds what is not the far face", FAR)
+        mirrors |= side
+    way = {face.way} if isinstance(face.body, Rectangular) else set(range(3)) - set(face.across)
+    if not way <= held:
+        raise Refused("nothing holds its far face along its normal", FAR)
+    bonded = set(face.across) <= held
+    if not bonded and held & set(face.across):
+        raise Refused("its far face is held in one direction along it", FAR)
+    return bonded, mirrors
+
+
+def _mirror(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
+    """The sides that a support holds along their normal alone: planes of symmetry. None where it holds else."""
+    if len(thing.components) != 1 or isinstance(face.body, Round):
+        on = isinstance(face.body, Round) and all(face.body.on_plane(thing.where, c) for c in thing.components)
+        return set() if on else None
+    (c,) = thing.components
+    if c == face.way or c not in face.across:
+        return None
+    sides = face.body.taken(thing.where, c)
+    if len(sides) == 1:
+        return {(c, sides.pop())}
+    return None
+
+
+def pressed_of(reference: Declared, case: Case) -> Pressed:
+    """What a rigid body presses. Raises Refused where an assumption of the theory is broken, as far as a look tells."""
+    found = _pressed(case)
+    reference.thing.must_hold(found)
+    return found
+
+
+def _pressed(case: Case) -> Pressed:
+    """The same, whatever it is asked for. Raises Refused where an assumption of all theories is broken."""
+    touch, face = face_of(case)
+    for load in case.loads:
+        raise Refused(f"the load `{load.name}` acts as well", f"it takes {ONE}")
+    n = face.normal
+    tool = indenter(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
+    shift = travel(touch)
+    gap = dot(moved(tool.foot, (-1.0, face.middle)), n)
+    first = moved(tool.foot, (-gap, n))
+    if not face.above(first):
+        raise Refused(f"`{touch.rigid.name}` comes down beside the face", "move it above the face")
+    if face.body_turns and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
+        raise Refused(f"`{touch.rigid.name}` is not on the axis", "put it on the y axis")
+    bonded, mirrors = far_held(case, face)
+    depth = -dot(shift, n) - gap
+    slid = moved(shift, (-dot(shift, n), n))
+    if tool.reach < depth:
+        raise Refused(f"`{touch.rigid.name}` is pressed in by more than its tip is long", "take a longer one")
+    share = _share(case, face, first, mirrors)
+    if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
+        raise Refused(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole")
+    friction = float(touch.thing.friction)
+    at = first if friction else moved(first, (1.0, slid))
+    if not touch.thing.where.holds(*at, case.shape.diagonal):
+        raise Refused(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
+    material = case.material
+    nu = float(material.poisson)
+    return Pressed(
+        tool.kind, tool.size, depth, 2.0 * float(material.shear_modulus) * (1.0 + nu), nu, at, n,
+        Surroundings(face.thickness, face.width(at, mirrors), bonded), friction, slid, share,
+        case.body.thing.thickness if case.planar == "plane_strain" else None, tool.edge, _askew(case, touch, n),
+    )  # fmt: skip
+
+
+def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
+    """How much of the whole the body is. Raises Refused where a plane of symmetry misses the axis."""
+    share, body = 1.0, face.body
+    for way, end in mirrors:
+        assert isinstance(body, Rectangular)
+        if abs(at[way] - (body.high if end else body.low)[way]) > NEAR * case.shape.diagonal:
+            raise Refused("a plane of symmetry does not go through the axis of what presses",
+                          "put its axis in the plane")  # fmt: skip
+        share *= 0.5
+    return share
+
+
+def _askew(case: Case, touch: Touch, n: Vector) -> bool:
+    """Whether a rigid body is dragged along a face while it goes down: by one support, or by its courses."""
+    moving = [s for s in touch.moved if isinstance(in_full(s.thing), ByVector)]
+    for support in moving:
+        whole = by(in_full(support.thing))
+        down, size = abs(dot(whole, n)), math.hypot(*whole)
+        if SAME * size < down < (1.0 - SAME) * size:
+            return True
+    if not isinstance(case.analysis, Quasistatic):
+        return False
+    analysis = case.analysis
+    times = [t for t in analysis.moments if t <= analysis.now]
+    for (a, dragged), (b, more) in pairwise([_where(moving, n, t) for t in (0.0, *times)]):
+        if more - dragged < -SAME * abs(dragged) or (more > dragged and abs(a - b) > SAME * abs(a)):
+            return True
+    return False
+
+
+def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
+    """How deep, and how far along the face, supports have taken a rigid body at a time, m."""
+    total = NONE
+    for support in moving:
+        full = in_full(support.thing)
+        total = moved(total, (1.0 if full.course is None else full.course.at(t), by(full)))
+    down = dot(total, n)
+    return down, math.hypot(*moved(total, (-down, n)))
+
+
+# ------------------------------------------------------------------ what they say
+
+
+def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
+    """What a theory says of forces: those of the part that the body is. Of planes of symmetry it says nothing."""
+    touch, face = face_of(case)
+    _, mirrors = far_held(case, face)
+    share = 0.5 ** len(mirrors) if reference.thing.about == "pressed" else 1.0  # a bar is what it is
+    n = theory.normal
+    force = moved(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
+    acting = moved(force, (share * getattr(theory, "load", 0.0), n))
+    at = theory.at
+    found = {touch.name: Reaction(force, cross(at, force), at, NONE)}
+    far = moved(face.middle, (-face.thickness, face.normal))
+    unknown = math.nan, math.nan, math.nan
+    alone = [s for s in case.named_supports if face.taken(s.thing.where) == {1 - face.end}]
+    for support in case.supports:
+        if support not in alone:
+            found[support.name] = Reaction(unknown, unknown, far, unknown)
+            continue
+        whole = len(alone) == 1
+        carried: Vector = tuple(  # type: ignore[assignment]
+            -f if whole and c in support.thing.components and (share == 1.0 or abs(n[c]) > 0.5) else
+            (0.0 if c not in support.thing.components else math.nan)
+            for c, f in enumerate(acting)
+        )  # fmt: skip
+        full = not mirrors and whole
+        own = moved(NONE, (-1.0, cross(moved(at, (-1.0, far)), acting))) if full else unknown
+        moment = moved(own, (1.0, cross(far, carried))) if full else unknown
+        found[support.name] = Reaction(carried, moment, far, own)
+    work = {load.name: None for load in case.loads}
+    pressed = Touched(share * theory.area, theory.largest_pressure, theory.gap)
+    return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
+                  touches={touch.name: pressed})  # fmt: skip
+
+
+def doubt_of(theory: Any) -> str | None:
+    """Why it is not the truth of the body: all that the theory leaves out, where that is more than a little."""
+    most = max(theory.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
+    if not abs(most[1]) > SAID:
+        return None
+    return f"it leaves out {LEFT_OUT[most[0]]}: its force may be off by about {100.0 * most[1]:+.2g} %"
+
+
+LEFT_OUT = {
+    "depth": "that the depth is not small beside the radius",
+    "thickness": "that the body is no half-space: its far face is near",
+    "sides": "that the body ends at its sides",
+    "rim": "that the rim is rounded",
+    "tip": "that the tip is rounded",
+    "series": "what the integral equation of the layer has",
+    "pressure": "that the strip is not thick beside the width of contact",
+    "strain": "that strain is not small",
+}
+
+
+def facts_of(theory: Any) -> Mapping[str, Any]:
+    """What a report has of it."""
+    found: dict[str, Any] = {"off": dict(theory.off), "area_m2": theory.area, "push_N": theory.push}
+    for name in ("radius", "stick_radius", "most"):
+        if hasattr(theory, name):
+            found[f"{name}_m"] = getattr(theory, name)
+    return found

@@ -1,0 +1,64 @@
+"""What contacts come to: a line for each contact and each model, and one in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.interpreter.language import units
+from softmark.interpreter.report.page.markup import prose, tag, text
+from softmark.interpreter.report.run.findings import Findings
+from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
+from softmark.interpreter.results.reactions import Touched
+from softmark.interpreter.results.report import Report
+
+LEAD = (
+    "What every contact does to the body that deforms{}, the area that is pressed, the largest pressure there, and the "
+    "least gap of its nodes. Area and pressure are those of the body as it is deformed."
+)
+HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
+NOTHING = "\N{EN DASH}"
+ROUNDING = 1e-8  # of the largest component
+SQUARE_MM = 1e-6  # m^2
+
+
+def section_of(findings: Findings) -> str:
+    """A table of all contacts; empty where no model has any."""
+    models = findings.report.models
+    known = by_thing({n: m.contacts for n, m in models.items() if m.status in ("converged", "capped")})
+    rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
+    return table_section("Contacts", LEAD.format(findings.of_last), HEAD, rows)
+
+
+def _row(contact: str, model: str, own: Touched) -> str:
+    touch = own.touch
+    said = NOTHING
+    if own.overlap:
+        said = f"facets cut in by up to {units.show(own.overlap, units.LENGTH)} between their nodes"
+    if touch.left:
+        left = f"a gap of {units.show(touch.left, units.LENGTH)} is left where it presses"
+        said = left if said == NOTHING else f"{left}; {said}"
+    cells = (
+        newtons(own.reaction.force, ROUNDING) if touch.area else "none",
+        square_mm(touch.area),
+        units.show(touch.pressure, units.PRESSURE),
+        units.show(touch.gap, units.LENGTH),
+    )
+    return tag("tr", *(row_head(contact), tag("td", tag("code", text(model)))), *(tag("td", text(c)) for c in cells),
+               tag("td", prose(said)))  # fmt: skip
+
+
+def square_mm(area: float) -> str:
+    """In mm^2, to four digits."""
+    return f"{area / SQUARE_MM:.4g} mm\N{SUPERSCRIPT TWO}"
+
+
+def lines(report: Report) -> Iterator[str]:
+    """`touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`, or how far it is from touching."""
+    for contact, each in by_thing({n: m.contacts for n, m in report.models.items() if m.status == "converged"}).items():
+        for model, own in each.items():
+            if not own.touch.pressure:
+                yield f"{contact} does not touch in {model}: {units.show(own.touch.gap, units.LENGTH)} are left"
+                continue
+            force = units.show(sum(c * c for c in own.reaction.force) ** 0.5, units.FORCE)
+            most = units.show(own.touch.pressure, units.PRESSURE)
+            yield f"{contact} presses with {force} on {square_mm(own.touch.area)}, {most} at most, in {model}"

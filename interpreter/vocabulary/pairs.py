@@ -1,0 +1,53 @@
+"""Contacts of bodies that both deform: a body with itself, or with another piece of it; and what is glued together."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Itself:
+    """Keeps the surface of a body clear of itself: pieces of `apart(...)` of each other, one piece of its own folds.
+
+    Both deform, and nothing passes through anything: no triangle of the surface cuts another, in any state on the way.
+    A barrier does it (the incremental potential, Li et al. 2020): it has no pressure beyond the `distance`, and ever
+    more as the gap closes, so that a gap of less than the distance is left, which is part of the stated error. It is
+    integrated over both surfaces, whose meshes need not match; facets are split `parts` times along each side for that,
+    and a uniform pressure is uniform the better the more there are. Surfaces must be apart at the start, be it by
+    little: the distance is then no more than their gap. Frictionless. Finite elements at rest take it, in space, in the
+    plane and of revolution, with the package ipctk (the extra `contact`: `pip install "softmark[contact]"`).
+    `force(NAME, along = +z)` is the force on all pieces but the first.
+    """
+
+    body: Annotated[str, "body", "the deformable body"]
+    where: Annotated[Any, "condition", "which part of its surface may touch, by coordinates before deformation"] = (
+        EVERYWHERE
+    )
+    distance: Annotated[float | None, "m in (0, inf)", "where the barrier begins; by default a thousandth of the size,"
+                        " or the least gap"] = None  # fmt: skip
+    stiffness: Annotated[float | None, "Pa in (0, inf)", "of the barrier: a quarter of its pressure at half the"
+                         " distance; by default a tenth of Young's modulus"] = None  # fmt: skip
+    parts: Annotated[int | None, "1 in [1, 16]", "parts of a side of a facet; by default 3, and 4 of facets with"
+                     " nodes between corners"] = None  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Tied:
+    """Glues pieces of `apart(...)` where they lie on each other at the start, whose meshes need not match.
+
+    Springs between the two surfaces, integrated over what their facets have in common, which is cut out exactly: a
+    uniform stress goes through as it is. A stress s opens the joint by s / stiffness, part of the stated error.
+    `force(NAME, along = +z)` is the force on all pieces but the first.
+    """
+
+    body: Annotated[str, "body", "the deformable body"]
+    where: Annotated[Any, "condition", "which part of its surface is glued, by coordinates before deformation"] = (
+        EVERYWHERE
+    )
+    stiffness: Annotated[float | None, "Pa/m in (0, inf)", "of the joint; by default 10 000 times Young's modulus over"
+                         " the size of the body"] = None  # fmt: skip
+    reach: Annotated[float | None, "m in (0, inf)", "how far apart surfaces may be that lie on each other; by default a"
+                     " hundredth of the size of the body"] = None  # fmt: skip

@@ -1,0 +1,118 @@
+"""A rigid sphere that is pressed into a thin layer without friction: the series of Dimitriadis and others."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.layer import Layer
+from softmark.references.reference import About, Reference
+
+if TYPE_CHECKING:
+    from softmark.references.pressed import Pressed
+
+BONDED = (1.0, 1.133, 1.283, 0.769, 0.0975)
+SLIDING = (1.0, 0.884, 0.781, 0.386, 0.0048)
+LEAST = 0.49  # Poisson's ratio, below which a layer keeps its volume too badly
+FARTHEST = 1.0  # sqrt(R d) over the thickness, up to which it was shown
+
+
+@dataclass(frozen=True)
+class Series:
+    """F = 16/9 E sqrt(R) d^(3/2) (1 + c1 x + ... + c4 x^4) of x = sqrt(R d) / h and nu = 0.5. SI units."""
+
+    layer: Layer
+    at: Vector
+    normal: Vector
+
+    @property
+    def x(self) -> float:
+        """sqrt(R d) / h."""
+        return self.layer.tip.radius(max(self.layer.depth, 0.0)) / self.layer.thickness
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.layer.depth, 0.0)
+
+    @property
+    def push(self) -> float:
+        """The force into the body, N."""
+        own = self.layer
+        if own.depth <= 0.0:
+            return 0.0
+        more = sum(c * self.x**n for n, c in enumerate(BONDED if own.bonded else SLIDING))
+        return 16.0 / 9.0 * own.young * math.sqrt(own.tip.span * own.depth) * own.depth * more
+
+    @property
+    def area(self) -> float:
+        """It tells no radius of contact."""
+        return math.nan
+
+    @property
+    def largest_pressure(self) -> float:
+        """It tells no pressure."""
+        return math.nan
+
+    @property
+    def off(self) -> dict[str, float]:
+        """By how much, relative, its force is off: `series` by the integral equation, `depth` for one not small."""
+        if self.layer.depth <= 0.0:
+            return {"series": 0.0, "depth": 0.0}
+        return {"series": self.layer.push / self.push - 1.0, "depth": self.layer.depth / self.layer.tip.span}
+
+    displacement = None
+
+    @property
+    def estimated_error(self) -> float:
+        """m, of the depth at which it has its force."""
+        return abs(self.off["series"]) * abs(self.layer.depth) / 1.5
+
+
+@dataclass(frozen=True)
+class Dimitriadis(Reference):
+    """A rigid sphere that is pressed into an incompressible layer without friction: the force, by a series.
+
+    F = 16/9 E sqrt(R) d^(3/2) (1 + 1.133 x + 1.283 x^2 + 0.769 x^3 + 0.0975 x^4) of x = sqrt(R d)/h where the layer is
+    bonded to what it lies on (its far face fixed), and 1 + 0.884 x + 0.781 x^2 + 0.386 x^3 + 0.0048 x^4 where it slides
+    (held along its normal alone). The series is of Poisson's ratio 0.5: below 0.49 it is refused, as is x > 1. What it
+    is off by the integral equation of the same layer is in the report (`off`): of a sliding layer the exact first
+    coefficient is 0.744, not 0.884. `pressed_layer` solves that equation, for any Poisson's ratio.
+
+    It takes what `hertz` takes. The metric `force` may be held against it.
+    Source: Dimitriadis, Horkay, Maresca, Kachar and Chadwick 2002, Biophys. J. 82, 2798-2810.
+    """
+
+    body: Annotated[Any, "body", "the layer"]
+
+    about: ClassVar[About] = "pressed"
+    with_forces: ClassVar[bool] = True
+    with_displacements: ClassVar[bool] = False
+    means: ClassVar[str] = "series"
+    source: ClassVar[str] = "Dimitriadis et al. 2002, Biophys. J. 82, 2798-2810"
+    error_meaning: ClassVar[str] = "depth of which its force is off by the integral equation, m, and rounding"
+
+    def must_hold(self, pressed: Pressed) -> None:
+        """Raises Refused where an assumption is broken."""
+        pressed.must_slip_freely()
+        pressed.must_be_shallow()
+        if pressed.kind != "sphere":
+            raise Refused(f"what presses is a {pressed.kind}", "it is about spheres: use `pressed_layer(...)`")
+        if pressed.poisson < LEAST:
+            raise Refused(f"Poisson's ratio is {pressed.poisson:g}, and the series is of 0.5",
+                          "use `pressed_layer(...)`, which takes any")  # fmt: skip
+        x = self.solved(pressed).x
+        if x > FARTHEST:
+            raise Refused(f"sqrt(R d) is {x:.3g} times the thickness", "take a thicker layer, or press it less")
+        pressed.must_be_wide()
+
+    def solve(self, pressed: Pressed) -> Series:
+        """What it says. Raises Refused where an assumption is broken."""
+        self.must_hold(pressed)
+        return self.solved(pressed)
+
+    def solved(self, pressed: Pressed) -> Series:
+        """The same, whatever it is asked of."""
+        return Series(pressed.layer, pressed.at, pressed.normal)

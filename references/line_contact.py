@@ -1,0 +1,189 @@
+"""A rigid cylinder that is pressed into a strip in plane strain without friction: half-width, pressure, and how deep.
+
+Hertz: a = sqrt(4 P R / (pi E*)), p = 2 P / (pi a) sqrt(1 - x^2/a^2), of the force P by length. The depth depends on how
+thick the strip is: with L(w) of `layer`,
+
+    (2 / (pi E*)) int p(s) G((x - s)/h) ds = d - x^2 / (2 R),   G(y) = int_0^oo L(w) cos(w y) / w dw
+                                                                     = ln(1 + 1/y^2) / 2 + what is smooth,
+
+with p = sqrt(1 - (x/a)^2) times a polynomial, at the points of Chebyshev.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.half_space import Surroundings
+from softmark.references.layer import FARTHEST, THINNEST, stiffened
+from softmark.references.pressed import WIDE, Pressed, must_be_far
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.deferred import np
+
+TERMS = 12  # of the even polynomial
+POINTS = 48  # of the rule for what is smooth
+
+
+def half_width(force: float, radius: float, modulus: float) -> float:
+    """a, m, of a force by length, N/m."""
+    return math.sqrt(4.0 * force * radius / (math.pi * modulus))
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Pressed by a cylinder to a depth, on a base that it is bonded to or slides on. SI units, forces by length."""
+
+    radius: float  # m, of the cylinder
+    depth: float  # m
+    young: float  # Pa
+    poisson: float  # 1
+    thickness: float  # m
+    bonded: bool
+
+    @property
+    def modulus(self) -> float:
+        """E* = E / (1 - nu^2), Pa."""
+        return self.young / (1.0 - self.poisson**2)
+
+    @cached_property
+    def _base(self) -> tuple[Array, Array]:
+        """w (m,) and (exp(-w) - (1 - L)) / w with the weights of a rule over it (m,)."""
+        x, weights = np.polynomial.legendre.leggauss(160)
+        last = 1.5 * FARTHEST  # of exp(-w)
+        w = 0.5 * last * (x + 1.0)
+        return w, 0.5 * last * weights * (np.exp(-w) - stiffened(w, self.poisson, self.bonded)) / w
+
+    def _solved(self, a: float) -> tuple[float, Array]:
+        """The depth, m, and coefficients of U_0, U_2, ... (n,), Pa, of a half-width."""
+        n = TERMS
+        x = np.cos(math.pi * (np.arange(n + 1) + 0.5) / (2 * (n + 1)))
+        theta = math.pi * (np.arange(POINTS) + 0.5) / POINTS
+        s, c = np.cos(theta), np.sin(theta)
+        w, base = self._base
+        y = a / self.thickness
+        apart = x[:, None] - s[None, :]
+        smooth = (np.cos(y * np.outer(x, w)) * base) @ np.cos(y * np.outer(w, s))
+        smooth = smooth + (np.sin(y * np.outer(x, w)) * base) @ np.sin(y * np.outer(w, s))
+        smooth += 0.5 * np.log1p((y * apart) ** 2) - math.log(y)
+        system, right = np.zeros((n + 1, n + 1)), 0.5 * a**2 * x**2 / self.radius
+        turn = np.arccos(x)
+        for k in range(n):
+            even = 2 * k
+            weight = math.pi / POINTS * c * np.sin((even + 1) * theta)  # sqrt(1 - s^2) U ds
+            log = -math.pi * math.log(2.0) if even == 0 else -math.pi / even * np.cos(even * turn)
+            log = 0.5 * (log + math.pi / (even + 2) * np.cos((even + 2) * turn))
+            system[:, k] = -2.0 * a / (math.pi * self.modulus) * (smooth @ weight - log)
+        system[:, n] = 1.0
+        found: Array = np.asarray(np.linalg.solve(system, right), dtype=np.float64)
+        return float(found[n]), found[:n]
+
+    @cached_property
+    def half(self) -> float:
+        """Half the width of contact, m. Raises Refused where it is wide beside the thickness."""
+        if self.depth <= 0.0:
+            return 0.0
+        low, high = 0.0, min(2.5 * math.sqrt(2.0 * self.radius * self.depth), THINNEST * self.thickness)
+        if self._solved(high)[0] < self.depth:
+            raise Refused("half the width of contact is large beside the thickness", "press it less")
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._solved(middle)[0] < self.depth else (low, middle)
+        return 0.5 * (low + high)
+
+    @cached_property
+    def _shares(self) -> Array:
+        return self._solved(self.half)[1]
+
+    @property
+    def force(self) -> float:
+        """By length, N/m."""
+        return float(0.5 * math.pi * self.half * self._shares[0]) if self.depth > 0.0 else 0.0
+
+    def pressure(self, x: Array) -> Array:
+        """At distances from the middle (n,), m: Pa."""
+        t = np.asarray(x, dtype=float) / (self.half or 1.0)
+        inside = (np.abs(t) < 1.0) & (self.depth > 0.0)
+        turn = np.arccos(np.where(inside, t, 0.0))
+        found = sum(b * np.sin((2 * k + 1) * turn) for k, b in enumerate(self._shares)) if inside.any() else 0.0 * t
+        return np.where(inside, found, 0.0)
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """A cylinder on a body in plane strain. SI units; forces and areas of the slice that it is."""
+
+    strip: Strip
+    slice: float  # m
+    at: Vector
+    normal: Vector
+    around: Surroundings
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.strip.depth, 0.0)
+
+    @property
+    def push(self) -> float:
+        """The force into the body, N."""
+        return self.slice * self.strip.force
+
+    @property
+    def radius(self) -> float:
+        """Half the width of contact that Hertz has of the force, m."""
+        return half_width(self.strip.force, self.strip.radius, self.strip.modulus)
+
+    @property
+    def area(self) -> float:
+        """Of contact, m^2."""
+        return 2.0 * self.slice * self.radius
+
+    @property
+    def largest_pressure(self) -> float:
+        """Pa: 2 P / (pi a)."""
+        return 2.0 * self.strip.force / (math.pi * self.radius) if self.radius else 0.0
+
+    def pressure(self, x: Array) -> Array:
+        """At distances from the middle (n,), m: Pa."""
+        t = np.minimum(np.abs(np.asarray(x, dtype=float)) / (self.radius or 1.0), 1.0)
+        found: Array = self.largest_pressure * np.sqrt(1.0 - t**2)
+        return found
+
+    @property
+    def off(self) -> dict[str, float]:
+        """By how much, relative: its `pressure` by the equation of the strip, the force for `depth` and `sides`."""
+        if self.strip.depth <= 0.0:
+            return {"depth": 0.0, "pressure": 0.0, "sides": 0.0}
+        at_middle = float(self.strip.pressure(np.zeros(1))[0])
+        return {
+            "depth": self.strip.depth / self.strip.radius,
+            "pressure": at_middle / self.largest_pressure - 1.0,
+            "sides": -math.exp(-2.0 * self.around.width / self.strip.thickness),  # an order of magnitude
+        }
+
+    displacement = None
+
+    @property
+    def estimated_error(self) -> float:
+        """m, of the depth at which it has its force: rounding."""
+        return 1e-10 * abs(self.strip.depth)
+
+
+def line_contact(pressed: Pressed) -> LineContact:
+    """What a cylinder along z does to a slice. Raises Refused."""
+    p = pressed
+    assert p.slice is not None
+    if math.isinf(p.around.thickness):
+        raise Refused("the body has no far face", "hold one")
+    strip = Strip(p.size, p.depth, p.young, p.poisson, p.around.thickness, p.around.bonded)
+    must_be_far(strip.half, p.around.width, "the nearest free side", WIDE, "take a wider body")
+    return LineContact(strip, p.slice, p.at, p.normal, p.around)

@@ -1,0 +1,83 @@
+"""Whether triangles of a surface pass through each other: by segments against triangles, and by nothing of contact.
+
+Of a slice, whether its lines do. What only touches, to rounding, does not pass through.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+PAIRS = 1 << 20  # at a time
+ROUNDING = 1e-12  # of the products of lengths that a determinant is made of
+
+
+def crossings(X: Floats, faces: Ints) -> Ints:
+    """Pairs (p, 2) of faces (t, d) of points (n, d), m, that share no corner and pass through each other."""
+    near = _near(X, faces)
+    found = [_meeting(X, faces, near[i : i + PAIRS]) for i in range(0, len(near), PAIRS)]
+    return np.concatenate([near[:0], *found])
+
+
+def _near(X: Floats, faces: Ints) -> Ints:
+    """Pairs of faces without a common corner whose boxes overlap."""
+    corners = X[faces]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    middle, reach = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low, axis=1).max(initial=0.0))
+    pairs: Ints = cKDTree(middle).query_pairs(2.0 * reach, output_type="ndarray").astype(np.int64)
+    i, j = pairs.T
+    over = np.all((low[i] <= high[j]) & (low[j] <= high[i]), axis=1)
+    pairs = pairs[over]
+    shared = (faces[pairs[:, 0]][:, :, None] == faces[pairs[:, 1]][:, None, :]).any(axis=(1, 2))
+    found: Ints = pairs[~shared]
+    return found
+
+
+def _meeting(X: Floats, faces: Ints, pairs: Ints) -> Ints:
+    a, b = X[faces[pairs[:, 0]]], X[faces[pairs[:, 1]]]
+    d = X.shape[1]
+    if d == 2:
+        crossed: Ints = pairs[_lines(a, b)]
+        return crossed
+    met = np.zeros(len(pairs), dtype=np.bool_)
+    for one, other in ((a, b), (b, a)):
+        for k in range(3):
+            met |= _pierced(one[:, k], one[:, (k + 1) % 3], other)
+    found: Ints = pairs[met]
+    return found
+
+
+def _lines(a: Floats, b: Floats) -> Any:
+    """Whether segments (p, 2, 2) cross: the ends of each lie on both sides of the other."""
+    one = _side(a[:, 0], a[:, 1], b[:, 0]) * _side(a[:, 0], a[:, 1], b[:, 1])
+    other = _side(b[:, 0], b[:, 1], a[:, 0]) * _side(b[:, 0], b[:, 1], a[:, 1])
+    return (one < 0) & (other < 0)
+
+
+def _side(p: Floats, q: Floats, c: Floats) -> Floats:
+    u, v = q - p, c - p
+    return _sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1))
+
+
+def _pierced(p: Floats, q: Floats, t: Floats) -> Any:
+    """Whether segments p q (n, 3) go through triangles t (n, 3, 3): three volumes of one sign, two of opposite."""
+    ends = _volume(t[:, 0], t[:, 1], t[:, 2], p) * _volume(t[:, 0], t[:, 1], t[:, 2], q)
+    round_ = [_volume(p, q, t[:, k], t[:, (k + 1) % 3]) for k in range(3)]
+    same = np.all([r > 0 for r in round_], axis=0) | np.all([r < 0 for r in round_], axis=0)
+    return (ends < 0) & same
+
+
+def _volume(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+    u, v, w = b - a, c - a, d - a
+    sizes = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1) * np.linalg.norm(w, axis=1)
+    return _sign(np.einsum("ij,ij->i", np.cross(u, v), w), sizes)
+
+
+def _sign(value: Floats, size: Floats) -> Floats:
+    """The sign of determinants (n,), zero where it is rounding."""
+    return np.where(np.abs(value) <= ROUNDING * size, 0.0, np.sign(value))

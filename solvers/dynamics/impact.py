@@ -1,0 +1,241 @@
+"""Contacts in time: rigid bodies that move by courses, and forces of contact that act at the end of every step.
+
+Whatever weights an integrator gives to other forces, those of contact enter with their whole impulse as they are at
+the end of the step (Kane, Repetto, Ortiz and Marsden 1999, Comput. Methods Appl. Mech. Eng. 180:1): where
+
+    x1 - x0 = h (v0 + v1) / 2  and  v1 - v0 = h M^-1 c(x1) + ...,
+
+contact changes the kinetic energy by c(x1) . (x1 - x0), which for a gap that is convex in x along the surface is no
+more than its potential gives: an impact takes energy or keeps it. Weighted between the ends of the step, it would
+act on where there is no touch any more, and bring energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.contact.pose import Posed
+from softmark.solvers.contact.touching import Touching
+from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.gaps.gap import Gap
+    from softmark.solvers.dynamics.loading import Course
+    from softmark.solvers.dynamics.scheme import Motion
+
+STIFFER = 8.0  # times: the barrier that an impact has closed
+FLIGHT = 4.0  # steps without contact: fewer are none
+STIFFEST = 1e9  # times what it was: more is no barrier for double precision
+
+
+class Impact:
+    """The contacts of a march, each with the course of its rigid body; barriers are stiffened where they must be."""
+
+    def __init__(self, contacts: Sequence[Touching], courses: Sequence[Course], slots: Sequence[Ints]) -> None:
+        self.contacts, self.courses, self.slots = list(contacts), tuple(courses), tuple(slots)
+        self._first = [c.barrier.stiffness for c in contacts]
+        self.stiffened = 0  # how often
+        self.log: list[Seen] = []
+        self._shares: tuple[float, ...] = ()
+
+    def at(self, time: float) -> Touches:
+        """All of them with the rigid bodies where they are at a time, s."""
+        posed = [c.at(course.at(time)) for c, course in zip(self.contacts, self.courses, strict=True)]
+        return Touches(posed, self.slots)
+
+    def struck(self, start: Motion, end: Motion) -> bool:
+        """Whether contact has come or gone over a step, at which velocities jump."""
+        before, after = self.at(start.time), self.at(end.time)
+        return any(
+            bool(np.any((b.gaps(start.x) < b.barrier.distance) != (a.gaps(end.x) < a.barrier.distance)))
+            for b, a in zip(before.posed, after.posed, strict=True)
+        )
+
+    def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
+        """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
+        here = self.at(motion.time)
+        touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
+        shares = tuple(c.share for c in here.posed)
+        driven, self._shares = bool(self.log) and shares != self._shares, shares
+        self.log.append(Seen(motion.time, touches, momentum / mass, driven))
+
+    def accept(self, start: Motion, end: Motion, time: float) -> None:
+        """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
+        here = self.at(time)
+        if here.passed(end.x, self.at(start.time).places(start.x)):
+            raise StepFailed("a point of the surface goes through a rigid body")
+        for i, contact in enumerate(here.posed):
+            if contact.gaps(end.x).min(initial=1.0) <= 0.0:
+                self._stiffen(i)
+
+    def _stiffen(self, i: int) -> None:
+        """Raises TooSoft, or StepFailed where it is stiff enough for anything."""
+        barrier = self.contacts[i].barrier
+        if barrier.stiffness * STIFFER > STIFFEST * self._first[i]:
+            raise StepFailed("a point of the surface ends behind a rigid one")
+        stiffer = replace(barrier, stiffness=STIFFER * barrier.stiffness)
+        self.contacts[i] = replace(self.contacts[i], barrier=stiffer)
+        self.stiffened += 1
+        raise TooSoft("a point of the surface ends behind a rigid one")
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Whether anything touches at a time, s, and the velocity (3,), m/s, of the centre of mass."""
+
+    time: float
+    touches: bool
+    velocity: Floats
+    driven: bool = False  # rigid bodies have moved since the step before
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """One impact: when it begins and ends, s, and velocities (3,), m/s, of the centre of mass before and after."""
+
+    begin: float
+    end: float
+    before: Floats
+    after: Floats
+    driven: bool = False  # the rigid bodies that it met were on their way
+
+    @property
+    def restitution(self) -> float | None:
+        """Speed after over before, both along the impulse; None where the rigid body moved, or the body did not."""
+        n = self.after - self.before
+        brought = -float(n @ self.before)
+        return None if self.driven or brought <= 0.0 else float(n @ self.after) / brought
+
+
+def bounces(log: Sequence[Seen]) -> list[Bounce]:
+    """Impacts between two free flights, each at least as long as the shorter of the contacts around it.
+
+    Shorter flights are chatter: nodes let go of a wall, and come back, while the body still presses.
+    """
+    times, runs = [seen.time for seen in log], list[list[int]]()
+    for i, seen in enumerate(log):
+        if not seen.touches:
+            continue
+        if runs and times[i] - times[runs[-1][1]] <= max(
+            times[runs[-1][1]] - times[runs[-1][0]], FLIGHT * _step(times, i)
+        ):
+            runs[-1][1] = i
+        else:
+            runs.append([i, i])
+    return [
+        Bounce(
+            times[a - 1],
+            times[b + 1],
+            log[a - 1].velocity,
+            log[b + 1].velocity,
+            any(seen.driven for seen in log[a : b + 2]),
+        )
+        for a, b in runs
+        if a and b + 1 < len(log)
+    ]
+
+
+def _step(times: Sequence[float], i: int) -> float:
+    """The step that ended at a time, s."""
+    return times[i] - times[i - 1] if i else 0.0
+
+
+class Touches:
+    """All contacts at one time."""
+
+    def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints]) -> None:
+        self.posed, self.slots = posed, slots
+
+    def value(self, x: Floats) -> float:
+        """What the barriers store, J."""
+        return sum(c.value(x) for c in self.posed)
+
+    def gradient(self, x: Floats) -> Floats:
+        """Minus the forces on all degrees of freedom (dofs,), N."""
+        g = np.zeros(len(x))
+        for contact in self.posed:
+            contact.add_gradient(x, g)
+        return g
+
+    def add_hessian(self, x: Floats, data: Floats, scale: float, projected: bool) -> None:
+        """data (nnz,) += scale times the stiffness of contact."""
+        for contact, slots in zip(self.posed, self.slots, strict=True):
+            contact.add_hessian(x, data, slots, scale, projected)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the forces, N."""
+        return sum(c.rounding(x) for c in self.posed)
+
+    def places(self, x: Floats) -> list[Place]:
+        """Where the points are as seen from each rigid body."""
+        return [place(c, x) for c in self.posed]
+
+    def passed(self, x: Floats, start: Sequence[Place]) -> bool:
+        """Whether a point has gone through a rigid body on its way from where it was, as seen from there."""
+        return any(passed(a, b) for a, b in zip(start, self.places(x), strict=True))
+
+    def work(self, x: Floats, since: Touches) -> float:
+        """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
+        return sum(
+            float(c.A @ (c.pressures(x) * (s.gaps(x) - c.gaps(x))))
+            for c, s in zip(self.posed, since.posed, strict=True)
+            if c.share != s.share
+        )
+
+
+LOOKS = 64  # along the way of a point that may have gone through
+LEAST = 1.0 / 512  # of a way that a look goes on by: walls thinner than this part of what a point moves in a step
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the points of a contact are as seen from the rigid body: X (n, 3), m, with their gaps (n,), m."""
+
+    own: Gap
+    X: Floats
+    gaps: Floats
+
+
+def place(contact: Touching, x: Floats) -> Place:
+    """In a state."""
+    body, X = contact.body, contact.places(x)
+    if isinstance(body, Posed):
+        return Place(body.own, back := body.pose.back(X), body.own.gap(back))
+    return Place(body, X, body.gap(X))
+
+
+def passed(start: Place, end: Place) -> bool:
+    """Whether a point has gone in on one side of the rigid body and is on its way out of another.
+
+    As seen from the rigid body, whose gap is 1-Lipschitz: points that have moved by less than their gaps at both ends
+    have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
+    """
+    step = end.X - start.X
+    far = np.sqrt(np.einsum("ni,ni->n", step, step))
+    doubt = np.flatnonzero(far > start.gaps + end.gaps)
+    if not len(doubt):
+        return False
+    n0, n1 = end.own.look(start.X[doubt])[1], end.own.look(end.X[doubt])[1]
+    turned = doubt[np.einsum("ni,ni->n", n0, n1) < 0.0]
+    return bool(len(turned)) and _cut(end.own, start.X[turned], end.X[turned], far[turned])
+
+
+def _cut(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
+    """Whether a straight way from X0 to X1 (n, 3) leads behind the surface."""
+    share = np.zeros(len(far))
+    for _ in range(LOOKS):
+        g = own.gap(X0 + share[:, None] * (X1 - X0))
+        if (g < 0.0).any():
+            return True
+        share = share + np.maximum(g / far, LEAST)
+        going = share < 1.0
+        if not going.any():
+            return False
+        share, X0, X1, far = share[going], X0[going], X1[going], far[going]
+    return True  # not shown to be clear

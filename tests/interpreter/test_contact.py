@@ -1,0 +1,72 @@
+"""Rigid bodies that press on deformable ones: forces against other programs, and that nothing passes through."""
+
+from __future__ import annotations
+
+import indented
+import pytest
+
+from softmark import loads
+from softmark.interpreter.models.shared import contacting
+
+PRESSED = """softmark 1
+scene "a sphere on the middle of a cylinder"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.45, density = 1000 kg/m^3)
+body     block = axisymmetric(
+    quadrilateral((0, -40, 0) mm, (20, -40, 0) mm, (20, 0, 0) mm, (0, 0, 0) mm),
+    gel,
+)
+body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
+support  floor = fixed(block, where = y <= -40 mm)
+support  hand  = displaced(ball, by = (0, -1, 0) mm{course})
+contact  touch = between(ball, block, where = y >= 0 mm)
+{analysis}
+model    quads = fem({element}, size = {size} mm, strain = {strain})
+metric   push  = force(touch, along = -y)
+metric   held  = force(floor, along = +y)
+"""
+STATES = {"course": ", course = state", "analysis": "analysis press = static(states = [25, 50, 100] %)"}
+AT_ONCE = {"course": "", "analysis": ""}
+
+
+def pressed(element: str, size: float, strain: str, how: dict[str, str]) -> str:
+    return PRESSED.format(element=element, size=size, strain=strain, **how)
+
+
+def test_a_state_is_what_it_is_however_it_is_reached() -> None:
+    """Without friction there is one equilibrium: at once and from state to state agree to the tolerance of a state."""
+    texts = [pressed("quad4, integration = selective", 2.5, "finite", how) for how in (STATES, AT_ONCE)]
+    along, once = (loads(text).run().models["quads"].metrics["push"].value for text in texts)
+    assert along == pytest.approx(once, rel=1e-6)
+
+
+def test_what_presses_is_carried() -> None:
+    """The force of the contact and that of the support on the other side, to the tolerance of equilibrium."""
+    found = loads(pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)).run().models["quads"].metrics
+    assert found["push"].value == pytest.approx(found["held"].value, rel=1e-7)
+
+
+def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred thousand times too soft: no node is behind the sphere, and the force is the same to the gap left."""
+    text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)
+    right = loads(text).run().models["quads"].metrics["push"].value
+    monkeypatch.setattr(contacting, "BEARS", 1e-5 * contacting.BEARS)
+    soft = loads(text).run().models["quads"]
+    assert soft.status == "converged"
+    assert soft.solve["stiffened"] > 1.0
+    assert soft.solve["checks"]["contact"]["touch"]["least_gap"] > 0.0
+    assert soft.metrics["push"].value == pytest.approx(right, rel=5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("element", "strain", "table", "within"), [
+    ("quad8", "small", indented.SMALL, (0.05, 0.02, 0.015)),
+    ("quad4, integration = selective", "finite", indented.NEO_HOOKEAN, (0.05, 0.02, 0.015)),
+])  # fmt: skip
+def test_a_sphere_on_a_cylinder_against_calculix(
+    element: str, strain: str, table: tuple[float, ...], within: tuple[float, ...]
+) -> None:
+    """Forces at 0.25, 0.5 and 1 mm on cells of 1 mm; the contact is 1.5 to 3 mm wide."""
+    report = loads(pressed(element, 1.0, strain, STATES)).run()
+    found = report.models["quads"].metrics["push"].states
+    for one, right, rel in zip(found, table, within, strict=True):
+        assert one == pytest.approx(right, rel=rel)
