@@ -85,7 +85,7 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
-    if not case.planar and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
+    if not (case.planar or touch.thing.friction) and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
         raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.flatnonzero(area > 0.0)

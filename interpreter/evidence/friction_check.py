@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def rubbed(touch: Touch, mesh: Moved, x: Floats, n: Floats, p: Floats, spring: float, flat: bool) -> Floats:
     """Tractions (m, 3), Pa, at nodes x (m, 3), m, under pressures p (m,) along normals n (m, 3). Raises Unchecked."""
-    own = mesh.past.get(touch.name)
+    own = mesh.rubbed.get(touch.name)
     if own is None or own.anchors.shape != x.shape:
         raise Unchecked(f"what the friction of `{touch.name}` remembers is not known")
     held = rubbing.taken(own.anchors, *motion(touch))

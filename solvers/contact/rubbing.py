@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from softmark.solvers.contact.pose import Pose
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.shape import Vector3
 
 Bools = NDArray[np.bool_]
 TINY = 1e-300  # m: a slip of which the direction is not asked
@@ -89,6 +91,16 @@ class Less:
     own: Gap
     depth: float
 
+    @property
+    def sharpest(self) -> float:
+        """Least radius of curvature of its convex edges, m."""
+        return self.own.sharpest
+
+    @property
+    def centroid(self) -> Vector3 | None:
+        """The middle of its volume, m."""
+        return self.own.centroid
+
     def gap(self, X: Floats) -> Floats:
         """At points X (n, 3), m."""
         return self.own.gap(X) + self.depth
@@ -101,7 +113,7 @@ class Less:
 
 @dataclass(frozen=True)
 class Rubbing(Touching):
-    """Touching with friction: a traction -k s on each node, s its way along the surface from its anchor, or -mu p s/|s|.
+    """Touching with friction: a traction -k s on nodes, s their way along the surface from anchors, or -mu p s/|s|.
 
     Elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5): `anchors` (m, 3) are
     points of the rigid body, which move with it, and stay where they are within a state; what a state leaves of them is
@@ -157,15 +169,20 @@ class Rubbing(Touching):
 
         Adds to a `way` (dofs,), m, how it has gone on since, at each node. (Itself, where that is not known.)
         """
-        was = self.before()
+        was: Any = self.before()
         old, there = getattr(self.earlier, "pose", Pose()), self.places(x)
         if self.earlier is not None:
             way[self.stencils] = self.pose.moved(old.back(there)) - there
-        return was.lagged(x, grips=True)
+        found: Rubbing = was.lagged(x, grips=True)
+        return found
 
     def stiffer(self, factor: float) -> Rubbing:
         """The same with a barrier and a spring so many times as stiff."""
         return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
+
+    def holds(self, x: Floats) -> bool:
+        """Whether something that presses sticks."""
+        return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
         """From anchors to nodes (m, 3), m: all of it, and along the surface of normals n (m, 3)."""

@@ -31,8 +31,12 @@ class Energy(Protocol):
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
     told: Any = None  # nodes (n,) whose forces are its reaction, where that of all adds up to nothing; None: all
     wandering: ClassVar[bool] = False  # which unknowns its Hessian couples changes: a `Wandering`
-    rubs: bool = False  # its friction has an energy with what is `lagged`, and none without
     driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
+
+    @property
+    def rubs(self) -> bool:
+        """Whether it has friction, which has an energy with what is `lagged`, and none without."""
+        return False
 
     @property
     def conservative(self) -> bool:

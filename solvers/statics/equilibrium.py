@@ -153,10 +153,18 @@ def _given(newton: Newton) -> Floats:
 
 def _settled(newton: Newton, x: Floats) -> Equilibrium:
     """What whole steps have found, if it is stable. Raises NotConverged."""
-    stable = True if newton.problem.convex else newton.definite(x)
+    stable = True if newton.problem.convex else _stable(newton, x)
     if stable is False and newton.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
     return _kept(newton, x, 1, stable or None)
+
+
+def _stable(newton: Newton, x: Floats) -> bool | None:
+    if not newton.problem.rubs:
+        return newton.definite(x)
+    from softmark.solvers.statics.friction import steady
+
+    return steady(newton, x)
 
 
 # ------------------------------------------------------------------ whole steps, and no more than so many
@@ -207,7 +215,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
         return replace(_kept(newton, x, steps, stable), unstable=newton.left)
-    return _kept(newton, x, steps, newton.definite(x) or None)
+    return _kept(newton, x, steps, _stable(newton, x) or None)
 
 
 def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:

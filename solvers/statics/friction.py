@@ -8,7 +8,6 @@ pressures, and the distances of one from the next shrink by the coupling of pres
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -51,9 +50,9 @@ def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
         own = _like(newton, assembly, tolerance)
         try:
             y = _settled(own, x, load, before, before is None)
-        except NotConverged:
+        except NotConverged as failure:
             if not soft or target < CLOSEST * soft:
-                raise
+                raise _slid(newton, failure, own.reached, load) from failure
             target = (soft * target) ** 0.5
             continue
         x, before, newton.moved, soft, target = y, assembly, own.moved, target, 1.0
@@ -67,7 +66,10 @@ def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, gr
     for _ in range(MOST):
         rough = max(tolerance, min(ROUGH, FINER * residual))
         own = _like(newton, _lagged(newton.assembly, x, before, grips), rough)
-        x, before, grips = own.descend(x, load), None, False
+        try:
+            x, before, grips = own.descend(x, load), None, False
+        finally:
+            newton.reached = own.reached
         newton.moved = own.moved
         _, residual = newton.residual(x, load)
         found = _whole(newton, x, load, residual)
@@ -124,8 +126,23 @@ def _take(newton: Newton, own: Newton) -> None:
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 
+def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
+    """Why there is no equilibrium: that all that touches slides, if it does where Newton's method was left."""
+    each: list[Any] = [e for e in newton.assembly.loads if e.rubs]
+    if x is None or any(e.at(load).softened(SOFT).holds(x) for e in each):
+        return failure
+    reason = f"all that touches slides at {100 * load:.4g} % of the load, and nothing else holds it"
+    return NotConverged(reason, failure.history, failure.facts, failure.unstable, failure.loose)
+
+
+def steady(newton: Newton, x: Floats) -> bool | None:
+    """Whether an equilibrium is stable under the pressures that it has; None where that is not known."""
+    return _like(newton, _lagged(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
+
+
 def _softened(assembly: Assembly, load: float, soft: float) -> Assembly:
-    loads: list[Any] = [e.at(load).softened(soft) if e.rubs else e for e in assembly.loads]
+    each: list[Any] = list(assembly.loads)
+    loads = [e.at(load).softened(soft) if e.rubs else e for e in each]
     return assembly.acting(assembly.internal, loads)
 
 

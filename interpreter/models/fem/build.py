@@ -94,7 +94,7 @@ class PreparedSolid(OnMesh):
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
     contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
-    past: Past = field(default_factory=dict)  # what friction remembers of the state before
+    rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
@@ -199,7 +199,7 @@ class PreparedSolid(OnMesh):
         beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return outside.touched(found, beside, self.pieces[0].case, self.past) if beside else found
+        return outside.touched(found, beside, self.pieces[0].case, self.rubbed) if beside else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

@@ -64,5 +64,5 @@ class Deformed(Meshed):
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
     left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
     beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
-    past: Past = field(default_factory=dict)  # what friction remembers, by contact
+    rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
     stiffer: float = 1.0  # times what was begun with were the barriers before them

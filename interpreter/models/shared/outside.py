@@ -82,13 +82,13 @@ def resumed(made: PreparedSolid, before: Moved) -> PreparedSolid:
     if not before.beside:
         return made
     contacts = {n: replace(c, earlier=before.beside[n]) for n, c in made.contacts.items()}
-    if before.past:
+    if before.rubbed:
         from softmark.interpreter.models.shared import rubbing
 
-        contacts = rubbing.resumed(contacts, before.past)
+        contacts = rubbing.resumed(contacts, before.rubbed)
     loads = [*made.problem.assembly.loads[: -len(contacts)], *contacts.values()]
     assembly = made.problem.assembly.acting(made.problem.assembly.internal, loads)
-    return replace(made, problem=replace(made.problem, assembly=assembly), contacts=contacts, past=before.past)
+    return replace(made, problem=replace(made.problem, assembly=assembly), contacts=contacts, rubbed=before.rubbed)
 
 
 def met(made: PreparedSolid, u: Floats, stiffer: float) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def met(made: PreparedSolid, u: Floats, stiffer: float) -> dict[str, Any]:
     if not made.contacts:
         return {}
     contacts, _ = as_stiff(made.contacts, made.assembly, stiffer)
-    return {"beside": beside(contacts), "stiffer": stiffer, "past": past(contacts, u.ravel(), made.past)}
+    return {"beside": beside(contacts), "stiffer": stiffer, "rubbed": past(contacts, u.ravel(), made.rubbed)}
 
 
 def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:

@@ -74,7 +74,7 @@ class Moved(Protocol):
         """The Newton step that would come next (n, 3), m, where it is known."""
 
     @property
-    def past(self) -> Past:
+    def rubbed(self) -> Past:
         """What friction remembers of the states so far, by contact."""
 
     @property
