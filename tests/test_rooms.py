@@ -27,7 +27,18 @@ KNOWN_BY_TYPE = [
     {f"softmark.interpreter.models.fem.{m}" for m in ("formulations", "levers", "words")},
     {
         f"softmark.solvers.dynamics.{m}"
-        for m in ["damping", "forces", "frequencies", "lagged", "newton", "problem", "scheme", "system", "trapezoidal"]
+        for m in [
+            "damping",
+            "forces",
+            "frequencies",
+            "impact",
+            "lagged",
+            "newton",
+            "problem",
+            "scheme",
+            "system",
+            "trapezoidal",
+        ]
     }
     | {"softmark.solvers.dynamics.turning"},
 ]
@@ -42,6 +53,7 @@ MANY = {  # and why
     "interpreter/report/run/tables": "a section of numbers is a file, and what they share is beside them",
     "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",
+    "solvers/statics": "a way to an equilibrium is a file, and what asks of one",
     "references": "a reference is a file",
 }
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.evidence.held import held
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
@@ -118,8 +119,6 @@ def _asked(look: touching.Distance, x: Floats) -> tuple[Floats, Floats]:
 
 def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
     """Those that may touch (f, k): that are selected, and of which a node at least is free. Raises Unchecked."""
-    from softmark.interpreter.evidence.kinds.solid_forces import held
-
     where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
     if where is not EVERYWHERE:
         swept = selected(where, case, mesh.mesh)
@@ -129,8 +128,8 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
         X = mesh.points[facets]
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
-    named = np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1)
-    free: Ints = facets[~np.asarray(named[facets]).all(axis=1)]
+    named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
+    free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
     return free
 
 

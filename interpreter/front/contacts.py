@@ -11,14 +11,23 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
 from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Turned
+from softmark.solvers.mesh.combined import Difference, Intersection, Union
+from softmark.solvers.mesh.extruded import Extruded
+from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Round, Sphere, SphericalShell
+from softmark.solvers.mesh.tube import Tube
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from softmark.solvers.mesh.shape import Shape, Vector3
 
-    from softmark.solvers.contact.gaps.gap import Gap
-else:
-    from softmark.solvers.base.deferred import np
+# what solvers/contact/gaps has a function for, which is not imported to check a scene
+DISTANT = (
+    HalfSpace, Sphere, SphericalShell, Box, RoundedBox, Cylinder, Tube, Cone, Revolved, Punch, Tip, Extruded, Filled,
+    MeshFile, Union, Difference, Intersection,
+)  # fmt: skip
 
 ON_AXIS = 1e-9  # of its size: a rigid body that is nearer to the axis turns about it
 MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a whole, and a `contact` lets it act"
@@ -57,55 +66,34 @@ def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 def _apart(contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
     """That the rigid body has a gap function, that fits the plane, and that it is not inside the other."""
-    from softmark.solvers.contact.gaps import gap_of
-    from softmark.solvers.mesh.files.reading import UnreadableMesh
-
-    try:
-        gap = gap_of(first.thing.shape)
-    except UnreadableMesh as unreadable:
-        yield diagnostic("E653", first.at("shape"), f"`{first.name}` has no inside: {unreadable}", "no closed surface",
-                         "a rigid body of a file is a closed surface of triangles")  # fmt: skip
-        return
-    if gap is None:
+    shape = first.thing.shape
+    if not isinstance(shape, DISTANT) or (isinstance(shape, Round) and shape.kept):
         yield diagnostic("E653", first.at("shape"), f"how far points are from `{first.name}` is not known of its shape",
                          "not a shape of rigid bodies", "take a `half_space`, a whole `sphere`, `box`, `rounded_box`, "
                          "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `filled(...)`")  # fmt: skip
         return
-    if second.thing.planar == "axisymmetric" and (why := _beside(gap)):
+    if shape.prebuilt or shape.enclosed or shape.bounds is None:
+        return  # whose surface is not read before it is needed
+    low, high = shape.bounds
+    x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    off = (x * x + z * z) ** 0.5
+    if second.thing.planar == "axisymmetric" and off > ON_AXIS * shape.diagonal:
         yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
-                         f" does: {why}", "beside the axis", "put it on the y axis, or press a `solid`")  # fmt: skip
-    elif gap.centroid is not None and _inside(gap, second):
+                         f" does: its middle is {1e3 * off:.3g} mm from it", "beside the axis",
+                         "put it on the y axis, or press a `solid`")  # fmt: skip
+    elif shape.contains((x, y, z)) and _holds(second.thing.shape, (x, y, z)):
         yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "
                          "of that", "inside from the start", "move it out, so that it touches at most, and let a "
                          "support bring it: `displaced(..., by = ...)`; an inclusion is a `region` with a material of "
                          "its own")  # fmt: skip
 
 
-def _beside(gap: Gap) -> str:
-    """Why a rigid body is none of revolution about the y axis; "" where nothing speaks against it."""
-    if gap.centroid is None:
-        return ""
-    x, _, z = gap.centroid
-    off = (x * x + z * z) ** 0.5
-    size = abs(float(gap.gap(_row(gap.centroid))[0])) + off
-    return f"its middle is {1e3 * off:.3g} mm from it" if off > ON_AXIS * size else ""
-
-
-def _inside(gap: Gap, other: Declared) -> bool:
-    """Whether the middle of a rigid body is in its own matter and in that of another."""
-    assert gap.centroid is not None
-    shape = other.thing.shape
-    if shape.bounds is None or shape.prebuilt or not float(gap.gap(_row(gap.centroid))[0]) < 0.0:
+def _holds(shape: Shape, point: Vector3) -> bool:
+    """Whether a point is within a shape, and not on its surface; False where that is not known without its mesh."""
+    if shape.bounds is None or shape.prebuilt or shape.enclosed:
         return False
     low, high = shape.bounds
-    x, y, z = gap.centroid
-    within = all(a < c < b for a, c, b in zip(low, (x, y, z), high, strict=True))
-    return within and bool(shape.contains((x, y, z)))
-
-
-def _row(point: tuple[float, float, float]) -> NDArray[np.float64]:
-    """As an array (1, 3)."""
-    return np.array([point])
+    return all(a < c < b for a, c, b in zip(low, point, high, strict=True)) and bool(shape.contains(point))
 
 
 def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:

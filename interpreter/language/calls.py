@@ -14,10 +14,9 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, forms, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
-from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
-from softmark.interpreter.language.scene import Location, rigid
+from softmark.interpreter.language.scene import Location
 from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.interpreter.language.sources import Module
 from softmark.records import dataclass
@@ -54,8 +53,7 @@ class Binder:
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
-        whole = self._whole(constructor, bound)
-        values: dict[str, Any] = {"where": EVERYWHERE} if whole else {}
+        values: dict[str, Any] = dict(whole := forms.whole(self, constructor, bound))
         for field in constructor.fields:
             if field.name not in bound:
                 continue
@@ -63,22 +61,12 @@ class Binder:
                 values[field.attribute] = self.value(field, *bound[field.name])
             except Bad:
                 broken = True
-        broken |= self._missing(constructor, {**bound, **({"where": (node, self.place)} if whole else {})}, node)
+        broken |= self._missing(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
         broken |= forms.either(self, constructor, bound, node)
         if broken:
             raise Bad
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
         return constructor, forms.made(self, constructor, values, bound, node), places
-
-    def _whole(self, constructor: Constructor, bound: dict[str, Bound]) -> bool:
-        """Whether it is about a rigid body, of which there is no part to select."""
-        given = bound.get("body")
-        if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
-            return False
-        try:
-            return rigid(self.compiler.named(given[0], "body", self.module, given[1]))
-        except Bad:
-            return True  # of one that is wrong itself no more is said
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text

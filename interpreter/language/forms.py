@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import sweeps, units
-from softmark.interpreter.language.expressions import COORDINATES, Place, Quantity, VectorValue, describe
+from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.interpreter.language.expressions import COORDINATES, Bad, Place, Quantity, VectorValue, describe
+from softmark.interpreter.language.scene import rigid
 from softmark.interpreter.language.schema import Constructor, Field
 from softmark.ranges import Unfit
 from softmark.records import dataclass
@@ -242,3 +244,15 @@ def either(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound],
             place.fail("E351", value.span, problem, "one follows from the other", f"leave out `{given[-1]}`")
         broken |= len(given) != 1
     return broken
+
+
+def whole(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound]) -> dict[str, Any]:
+    """The fields that a support of a rigid body need not be given: there is no part of it to select."""
+    given = bound.get("body")
+    if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
+        return {}
+    try:
+        known = rigid(binder.compiler.named(given[0], "body", binder.module, given[1]))
+    except Bad:
+        known = True  # of one that is wrong itself no more is said
+    return {"where": EVERYWHERE} if known else {}

@@ -1,4 +1,4 @@
-"""Friction in scenes: slopes, a plane that is dragged along, and a ball; each state is checked by other formulas too."""
+"""Friction in scenes: slopes, and a plane that is dragged along; each state is checked by other formulas too."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_what_is_dragged_along() -> None:
 
 
 def test_what_sticks_does_not_lose_anything() -> None:
-    """Of much friction all of a plane sticks, nothing becomes heat, and the slip is less than the barrier's distance."""
+    """Of much friction all of a plane sticks, nothing becomes heat, and nothing slides."""
     text = DRAGGED.replace("friction = 0.3", "friction = 10").replace("(8, 0, 0.4)", "(0.05, 0, 0.4)")
     found = loads(text).run().models["hexes"].metrics
     heat, way, drag, push = (found[name].states[-1] for name in ("heat", "way", "drag", "push"))

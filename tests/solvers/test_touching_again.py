@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.evidence.contact_check import _distance
+from softmark.interpreter.evidence.contact_check import DISTANCES, _distance
+from softmark.interpreter.front.contacts import DISTANT
 from softmark.solvers.checks import touching
 from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.gaps import GAPS, gap_of
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.touching import node_areas
 from softmark.solvers.mesh.extruded import Extruded
@@ -99,3 +100,8 @@ def test_areas_of_nodes_are_those_of_linear_shape_functions(depth: float) -> Non
     nodes, areas = node_areas(np.abs(points), triangles, ((0, 1, 2),), depth)
     again = touching.shares(np.abs(points), triangles, depth)
     assert again[nodes] == pytest.approx(areas, rel=1e-11)
+
+
+def test_every_shape_with_a_gap_is_one_that_a_scene_may_have_and_that_is_found_again() -> None:
+    """Three tables: what solves, what a check of a scene knows without numerics, and what is found again."""
+    assert set(GAPS) == set(DISTANT) == set(DISTANCES)

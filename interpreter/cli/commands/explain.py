@@ -39,9 +39,9 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 _SOLIDS = "bodies are elastic solids, computed as such, as springs or as beams"
-_APART = "bodies neither touch each other nor themselves"
+_APART = "a `contact` keeps bodies apart: `between(RIGID, BODY)`, `itself(BODY)`"
 ABSENT = {  # what people look for and is not here, under this name or any other
-    "contact": _APART, "collision": _APART, "friction": _APART,
+    "collision": _APART,
     "roller": "`fixed(body, where = ..., components = z)` lets a part slide",
     "viscosity": "`damping_mass` and `damping_stiffness` of `dynamic` damp a motion", "fluid": _SOLIDS,
     "shell": _SOLIDS, "plate": _SOLIDS, "membrane": _SOLIDS, "cable": _SOLIDS, "rope": _SOLIDS, "heat": _SOLIDS,

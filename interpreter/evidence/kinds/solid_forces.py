@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.evidence.held import held
 from softmark.interpreter.evidence.load_check import loads_on
-from softmark.interpreter.evidence.materials import INWARD, alone
+from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
 from softmark.records import dataclass
 from softmark.solvers.checks import laws, solids
 from softmark.solvers.checks.pressures import Pressed, split_of
@@ -280,29 +280,3 @@ def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
     if parts is not None:
         return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)
     return (StressTerm(material.finite_law().P),)
-
-
-def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
-    """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
-
-    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without
-    its border holds up to it.
-    """
-    points = mesh.points
-    found = np.zeros(points.shape, dtype=np.bool_)
-    extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
-    for support in case.supports:
-        where = np.zeros(len(points), dtype=np.bool_)
-        for condition, which in apart(support.thing.where, of_nodes(mesh.mesh)):
-            x, y, z = points[which].T
-            where[which] = np.broadcast_to(condition.holds(x, y, z, extent), len(x))
-        for nodes, members in ((mesh.cells, of_cells(mesh.mesh)), (mesh.mesh.facets, of_facets(mesh.mesh))):
-            corners = points[nodes]
-            X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
-            for condition, which in apart(support.thing.where, members):
-                x, y, z = np.moveaxis(X[which], 2, 0)
-                inside = np.broadcast_to(condition.holds(x, y, z, extent), x.shape)
-                where[nodes[which][inside.all(axis=1)]] = True
-        for c in support.thing.components:
-            found[:, c] |= where
-    return found

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
-from softmark.interpreter.evidence.kinds.solid_forces import LEFT, by_support, held
+from softmark.interpreter.evidence.held import held
+from softmark.interpreter.evidence.kinds.solid_forces import LEFT, by_support
 from softmark.interpreter.evidence.kinds.voucher import Found, Sized
 from softmark.interpreter.evidence.load_check import loads_on
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown

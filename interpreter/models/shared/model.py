@@ -167,7 +167,7 @@ class Model:
         if case.pairs:
             from softmark.interpreter.models.shared import pair_limits
 
-            yield from pair_limits.refusals(self, declared, case)
+            yield from pair_limits.refusals(self.bedded, declared, case)
         yield from self.turns(declared, case)
         yield from self.forgets(declared, case)
 

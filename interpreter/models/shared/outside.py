@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.language.messages import diagnostic
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Floats
     from softmark.solvers.mesh.mesh import Mesh
+
+Solid = TypeVar("Solid")
 
 
 def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
@@ -77,18 +79,20 @@ def as_stiff(
     return stiffer, assembly.acting(assembly.internal, loads)
 
 
-def resumed(made: PreparedSolid, before: Moved) -> PreparedSolid:
+def resumed(made: Solid, before: Moved) -> Solid:
     """The same, whose contacts know where their rigid bodies were in the state before."""
+    known: Any = made  # a dataclass with a problem and its contacts
     if not before.beside:
         return made
-    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in made.contacts.items()}
+    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
     if before.rubbed:
         from softmark.interpreter.models.shared import rubbing
 
-        contacts = rubbing.resumed(contacts, before.rubbed)
-    loads = [*made.problem.assembly.loads[: -len(contacts)], *contacts.values()]
-    assembly = made.problem.assembly.acting(made.problem.assembly.internal, loads)
-    return replace(made, problem=replace(made.problem, assembly=assembly), contacts=contacts, rubbed=before.rubbed)
+        known, contacts = replace(known, rubbed=before.rubbed), rubbing.resumed(contacts, before.rubbed)
+    loads = [*known.problem.assembly.loads[: -len(contacts)], *contacts.values()]
+    assembly = known.problem.assembly.acting(known.problem.assembly.internal, loads)
+    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly), contacts=contacts)
+    return found
 
 
 def met(made: PreparedSolid, u: Floats, stiffer: float) -> dict[str, Any]:

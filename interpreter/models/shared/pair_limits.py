@@ -11,14 +11,13 @@ from softmark.interpreter.vocabulary.analyses import Static
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
-    from softmark.interpreter.models.shared.model import Model
     from softmark.interpreter.problem.case import Case
 
 
-def refusals(model: Model, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors for models without surfaces that could touch, and for bodies and analyses with a past or a motion."""
+def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Errors for models that are not `surfaced`, and for bodies and analyses with a past or a motion."""
     for pair in case.pairs:
-        if not model.bedded:
+        if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",
                          "`fem(...)` takes it")  # fmt: skip
         elif case.remembers or case.porous or not isinstance(case.analysis, Static):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
@@ -11,13 +11,12 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
-    from softmark.interpreter.models.shared.model import Model
     from softmark.interpreter.problem.case import Case
 
 LEVERS = {"precision": "double", "linear_cap": None, "cap": None, "start": None}  # of what is solved to the end, alone
 
 
-def refusals(model: Model, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Errors for contacts of a case that has some."""
     touch = case.contacts[0]
     if not model.touches:
