@@ -43,8 +43,6 @@ def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], 
     """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
     found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
-        if touch.thing.friction:
-            raise Unchecked("there is no other formula for friction")
         found[touch.name], left = _of_contact(case, touch, mesh, u)
         unsure += left
     return found, unsure
@@ -88,7 +86,7 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
-    if not case.planar and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
+    if not (case.planar or touch.thing.friction) and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
         raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.flatnonzero(area > 0.0)
@@ -97,6 +95,12 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     found = np.zeros_like(u)
     found[nodes] = _flat(case, (area[nodes] * p)[:, None] * n)
+    if touch.thing.friction:
+        from softmark.interpreter.evidence.friction_check import rubbed
+
+        spring = barrier.stiffness / barrier.distance
+        found[nodes] += area[nodes, None] * rubbed(touch, mesh, x, _flat(case, n), p, spring, bool(case.planar))
+        slope = slope + spring
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
     return found, 4.0 * EPS * size * float((area[nodes] * slope).sum())
 

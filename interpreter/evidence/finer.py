@@ -101,6 +101,7 @@ def found(
     model: Fem = declared.thing
     if model.formulation == "mixed":
         raise Unknown("a finer space with pressures as unknowns costs more than it tells")
+    _must_forget(case)
     _must_fit(needs(solved.mesh))
     try:
         above = finer(solved.mesh, None if model.mesh is not None else case.shape)
@@ -117,6 +118,11 @@ def found(
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
     return Above(thing, case, above, static, state, coarse, budget)
+
+
+def _must_forget(case: Case) -> None:
+    if case.rubbed:
+        raise Unknown("with friction a state depends on those before it, which a finer space has not gone through")
 
 
 def _must_fit(needed: float) -> None:
@@ -165,6 +171,7 @@ def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: B
     from softmark.interpreter.models.shared.deformed import Deformed
     from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
+    _must_forget(case)
     static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
     state = static.unknowns.begun(np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel())
     try:

@@ -201,7 +201,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
-    loose = {case.body.name: case for case in cases if not case.named_supports and not case.beds}
+    loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.rubbed)}
     for case in loose.values():
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
@@ -408,9 +408,9 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("contact") or scene.of_kind("rigid"):
-        from softmark.interpreter.front import contacts, impacts
+        from softmark.interpreter.front import contacts, impacts, rubbing
 
-        yield from (*contacts.faults(scene), *impacts.faults(scene))
+        yield from (*contacts.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:

@@ -28,6 +28,7 @@ from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.metrics.realtime import RealTime
+from softmark.interpreter.metrics.slip import Slip, StickArea
 from softmark.interpreter.metrics.strain import Strain
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
 from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
@@ -61,6 +62,8 @@ METRICS: dict[str, type[Any]] = {
     "contact_area": ContactArea,
     "contact_pressure": ContactPressure,
     "gap": ContactGap,
+    "slip": Slip,
+    "stick_area": StickArea,
     "strain_energy": StrainEnergy,
     "dissipation": Dissipation,
     "work": LoadWork,

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Dissipation(OfForces):
-    """Energy dissipated since the start of a quasistatic analysis, as stress relaxes or fluid seeps.
+    """Energy dissipated since the start of an analysis, as stress relaxes, fluid seeps or a surface rubs on another.
+
+    What rubs is counted from state to state, as friction times pressure times slip at every node.
 
     `solve.energies_in_time` of the report has it beside the work of internal forces and what is stored, of which it is
     the difference but for the error of the step: what is left of the three is a measure of that. It never falls, and is

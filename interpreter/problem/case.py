@@ -111,6 +111,11 @@ class Case:
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
+    def rubbed(self) -> bool:
+        """Whether friction may hold it: only its equilibrium can tell."""
+        return any(touch.thing.friction for touch in self.contacts)
+
+    @property
     def named_supports(self) -> tuple[Declared, ...]:
         """Its supports without what holds a plane body in its plane."""
         return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))

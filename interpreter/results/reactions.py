@@ -63,7 +63,8 @@ class Touch(Plain):
     """What a contact comes to: the area that is pressed, m^2, the largest pressure, Pa, and the least gap, m.
 
     Area and pressure are those of the body as it is deformed, or undeformed in a model of small strain. `left` is the
-    mean gap where something presses, m, which a barrier leaves; `field` tells pressures and gaps at places.
+    mean gap where something presses, m, which a barrier leaves; `field` tells pressures and gaps at places; `rubbing`
+    is what friction makes of it, where there is some.
     """
 
     area: float
@@ -71,10 +72,27 @@ class Touch(Plain):
     gap: float
     left: float = 0.0
     field: Pressed | None = None
+    rubbing: Friction | None = None
 
     def entries(self) -> Mapping[str, object]:
         """Without the field."""
-        return {"area": self.area, "pressure": self.pressure, "gap": self.gap, "left": self.left}
+        own = {"area": self.area, "pressure": self.pressure, "gap": self.gap, "left": self.left}
+        return own | ({} if self.rubbing is None else {"friction": self.rubbing})
+
+
+@dataclass(frozen=True)
+class Friction(Plain):
+    """What friction makes of a contact.
+
+    `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
+    where nothing slides, `area` the area there before deformation, m^2, and `work` what has become heat in this state
+    alone, J.
+    """
+
+    slip: float
+    sticks: float
+    area: float
+    work: float
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,13 @@ class Between:
     body can bear at touch, so that a gap of less than that distance is left, which is part of the stated error.
     `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
     plane, where the rigid body is cut by z = 0.
+
+    With `friction` the surface sticks up to friction times pressure, and slides beyond: Coulomb's law at every node, by
+    return mapping (Simo and Laursen 1992). What sticks gives way by less than the barrier's distance, friction times
+    pressure over its stiffness per distance. What slides depends on the way there: each of the `states` of a static
+    analysis is one step from the state before, along a straight line, so that more states are a finer path; without
+    states all of the load is one step. A body that nothing else holds may be held by friction. `slip(NAME)` and
+    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
     """
 
     rigid: Annotated[str, "body", "the rigid body"]

@@ -42,6 +42,7 @@ class Assembly:
         """The same pattern for other energies and other loads on the same stencils."""
         other = self.with_internal(internal)
         other.loads = tuple(loads)
+        other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
 
     def modes(self) -> Floats | None:

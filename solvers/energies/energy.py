@@ -34,6 +34,11 @@ class Energy(Protocol):
     driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
 
     @property
+    def rubs(self) -> bool:
+        """Whether it has friction, which has an energy with what is `lagged`, and none without."""
+        return False
+
+    @property
     def conservative(self) -> bool:
         """False for follower loads, which have a force and a tangent but no value."""
 

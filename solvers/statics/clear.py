@@ -58,6 +58,10 @@ def begun(problem: Statics, x: Any) -> Any:
 
     What touched them goes along; where nothing is known of where they were, and where that leads nowhere, the state.
     """
+    if problem.rubs:
+        from softmark.solvers.statics.friction import towed
+
+        return towed(problem, x)
     known: list[Any] = list(problem.assembly.loads)
     each = [energy for energy in known if energy.driven and energy.earlier is not None]
     if not each:

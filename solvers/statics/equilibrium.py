@@ -80,7 +80,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     whole = (
         [] if problem.longest < 1.0 or (problem.touches and problem.assembly.saddle) else [_free]
     )  # of a turn either would find another, by whole turns off
-    for way in [*ways, *whole, _stepped] if problem.bold else ways:
+    whole += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
+    for way in [*ways, *whole] if problem.bold else ways:
         try:
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
@@ -117,7 +118,7 @@ def _begun(newton: Newton, cap: int | None = None) -> Floats:
     With a cap on linear systems, what that leaves of the way to it. Raises NotConverged where there is none.
     """
     problem = newton.problem
-    if problem.twin is None:
+    if problem.twin is None or problem.rubs:
         return newton.impose(problem.rest, 1.0)
     rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
     start = Newton(rough, newton.history, newton.systems, "corotational start")
@@ -152,10 +153,18 @@ def _given(newton: Newton) -> Floats:
 
 def _settled(newton: Newton, x: Floats) -> Equilibrium:
     """What whole steps have found, if it is stable. Raises NotConverged."""
-    stable = True if newton.problem.convex else newton.definite(x)
+    stable = True if newton.problem.convex else _stable(newton, x)
     if stable is False and newton.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
     return _kept(newton, x, 1, stable or None)
+
+
+def _stable(newton: Newton, x: Floats) -> bool | None:
+    if not newton.problem.rubs:
+        return newton.definite(x)
+    from softmark.solvers.statics.friction import steady
+
+    return steady(newton, x)
 
 
 # ------------------------------------------------------------------ whole steps, and no more than so many
@@ -206,7 +215,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
         return replace(_kept(newton, x, steps, stable), unstable=newton.left)
-    return _kept(newton, x, steps, newton.definite(x) or None)
+    return _kept(newton, x, steps, _stable(newton, x) or None)
 
 
 def _why(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:

@@ -44,6 +44,7 @@ class Newton:
         self._close = self._tiny = False  # what the last step was
         self._before = np.inf
         self._strain: tuple[Floats, float] | None = None  # the last state whose strain energy was asked for
+        self.reached: Floats | None = None  # where the last way down was when it was left
         self._tried: tuple[Floats, Floats, float, Floats] | None = None  # the last move, and where it led
         self._valued: tuple[Floats, float, float] | None = None  # the last state, load and energy
         self._promised: Assembly | None = None  # with the pressures that the last step promised
@@ -201,6 +202,10 @@ class Newton:
 
         At most the problem's iterations, or `patience` where that is more.
         """
+        if self.problem.rubs:
+            from softmark.solvers.statics.friction import rubbed
+
+            return rubbed(self, x, load)
         merit = self._energy if self.minimal else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):
@@ -215,6 +220,7 @@ class Newton:
             if number == most or not np.isfinite(residual):
                 break
             self._aim(residual)
+            self.reached = x
             x, value, length = self._decrease(x, load, g, max(recent), merit)
             recent.append(value)
             self._record(load, number, residual, length)

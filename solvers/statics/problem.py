@@ -166,6 +166,11 @@ class Statics:
         return any(e.driven or e.wandering for e in (*self.assembly.internal, *self.assembly.loads))
 
     @property
+    def rubs(self) -> bool:
+        """Whether there is friction that counts with the pressures of the state itself."""
+        return any(energy.rubs for energy in self.assembly.loads)
+
+    @property
     def longest(self) -> float:
         """The largest step of the load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)

@@ -58,6 +58,7 @@ from softmark.solvers.statics.clear import clear
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.rubbing import Past
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.bedding import Bedding
     from softmark.solvers.mesh.shape import Shape
@@ -93,6 +94,7 @@ class PreparedSolid(OnMesh):
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
     contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
+    rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
@@ -171,13 +173,14 @@ class PreparedSolid(OnMesh):
         x = self.unknowns.moved(found.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
-        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *outcome.doubts(self.declared, found))
         facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
-        notes = (*notes, *outside.passing(self.declared, facts))
+        doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts))
+        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         stiffer = found.facts.get("stiffened", 1.0)
-        moved = replace(self._deformed(u, found.x, left), stiffer=stiffer)
+        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
+        moved = Deformed(self.mesh, u, pressures=pressures, left=left, **outside.met(self, u, stiffer))
         modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
@@ -196,7 +199,7 @@ class PreparedSolid(OnMesh):
         beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return carried.touched(found, beside, self.pieces[0].case) if beside else found
+        return outside.touched(found, beside, self.pieces[0].case, self.rubbed) if beside else found
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""
@@ -206,10 +209,6 @@ class PreparedSolid(OnMesh):
 
         why = pardiso.lacking()
         return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
-
-    def _deformed(self, u: Floats, state: Floats, left: Floats | None) -> Deformed:
-        pressures = self.unknowns.pressed(self.solid, self.pieces, state)
-        return Deformed(self.mesh, u, pressures=pressures, left=left, beside=outside.beside(self.contacts))
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""

@@ -199,6 +199,7 @@ class Recovered(Meshed):
     pressures: Floats | None = None
     left: Floats | None = None
     beside: Mapping[str, Any] = field(default_factory=dict)
+    rubbed: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def displacement(self) -> Floats:

@@ -43,6 +43,10 @@ class Moving:
         pose = pose_at(self.touch, share)
         return self.gap if pose is None else Posed(self.gap, pose)
 
+    def pose(self, share: float) -> Pose:
+        """Its motion from where it is declared."""
+        return pose_at(self.touch, share) or Pose()
+
 
 def pose_at(touch: Touch, share: float) -> Pose | None:
     """Where supports have taken a rigid body at a share of the load; None where it is declared."""
@@ -78,6 +82,10 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
         from softmark.solvers.contact.inner import inner
 
         made = inner(made, mesh.points, triangles, parts, case.depth)
+    if touch.thing.friction:
+        from softmark.solvers.contact.rubbing import rubbing
+
+        made = rubbing(made, touch.thing.friction, posed.pose)
     _must_be_apart(case, touch, made)
     return made
 

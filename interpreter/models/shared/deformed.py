@@ -11,6 +11,7 @@ from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.rubbing import Past
     from softmark.solvers.contact.gaps.gap import Gap
 
 
@@ -63,4 +64,5 @@ class Deformed(Meshed):
     pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
     left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
     beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
+    rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
     stiffer: float = 1.0  # times what was begun with were the barriers before them

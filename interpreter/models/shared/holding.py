@@ -73,7 +73,7 @@ class Held:
         """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
         if len(self.values) == self.unknowns:
             raise self._rigid()
-        if not isinstance(self.case.analysis, Dynamic):
+        if not (isinstance(self.case.analysis, Dynamic) or self.case.rubbed):
             must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])

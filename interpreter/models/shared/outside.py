@@ -11,7 +11,10 @@ from softmark.interpreter.language.messages import diagnostic
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.answers.carried import Carried
+    from softmark.interpreter.models.fem.build import PreparedSolid
     from softmark.interpreter.models.shared.prepared import Moved
+    from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.gaps.gap import Gap
@@ -82,10 +85,45 @@ def resumed(made: Solid, before: Moved) -> Solid:
     if not before.beside:
         return made
     contacts = {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
+    if before.rubbed:
+        from softmark.interpreter.models.shared import rubbing
+
+        known, contacts = replace(known, rubbed=before.rubbed), rubbing.resumed(contacts, before.rubbed)
     loads = [*known.problem.assembly.loads[: -len(contacts)], *contacts.values()]
     assembly = known.problem.assembly.acting(known.problem.assembly.internal, loads)
     found: Solid = replace(known, problem=replace(known.problem, assembly=assembly), contacts=contacts)
     return found
+
+
+def met(made: PreparedSolid, u: Floats, stiffer: float) -> dict[str, Any]:
+    """What a state u (n, 3), m, has of contacts: rigid bodies where they are, and what friction remembers."""
+    if not made.contacts:
+        return {}
+    contacts, _ = as_stiff(made.contacts, made.assembly, stiffer)
+    return {"beside": beside(contacts), "stiffer": stiffer, "rubbed": past(contacts, u.ravel(), made.rubbed)}
+
+
+def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
+    """What friction remembers after displacements u (3 n,), m; nothing where there is none."""
+    if not any(contact.rubs for contact in contacts.values()):
+        return {}
+    from softmark.interpreter.models.shared.rubbing import past_of
+
+    return past_of(contacts, u, before)
+
+
+def touched(found: Carried, contacts: Mapping[str, Touching], case: Case, before: Past) -> Carried:
+    """What acts on a body, with what rigid bodies do to it."""
+    from softmark.interpreter.models.answers import carried
+
+    found = carried.touched(found, contacts, case)
+    rubbed = past(contacts, found.u.ravel(), before)
+    if not rubbed:
+        return found
+    from softmark.interpreter.models.shared.rubbing import slipped
+
+    touches = {n: slipped(t, contacts[n], found.u.ravel(), rubbed.get(n)) for n, t in found.touches.items()}
+    return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 
 def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.models.answers.carried import Carried
+    from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.gaps.gap import Gap
@@ -71,6 +72,10 @@ class Moved(Protocol):
     @property
     def left(self) -> Floats | None:
         """The Newton step that would come next (n, 3), m, where it is known."""
+
+    @property
+    def rubbed(self) -> Past:
+        """What friction remembers of the states so far, by contact."""
 
     @property
     def beside(self) -> Mapping[str, Gap]:

@@ -1,0 +1,278 @@
+"""Coulomb friction of a surface on a rigid body: what holds its nodes where they last stuck, up to what slides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+from softmark.solvers.contact.gaps.gap import Gap, Look
+from softmark.solvers.contact.pose import Pose
+from softmark.solvers.contact.touching import Touching
+from softmark.solvers.energies.blocks import add_blocks
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.shape import Vector3
+
+Bools = NDArray[np.bool_]
+TINY = 1e-300  # m: a slip of which the direction is not asked
+
+
+@dataclass(frozen=True)
+class Lag:
+    """What friction takes from an earlier iterate, so that it has an energy: the most that it holds, and where to.
+
+    `most` (m,) is friction times pressure, Pa; `n` (m, 3) are normals.
+    """
+
+    most: Floats
+    n: Floats
+
+
+class Dual:
+    """What the tangent of a lag remembers: tractions t (m, 3), Pa, as the iterate before promised them.
+
+    The law times its denominator, w t = most s with w = max(|s|, most / k), is linear enough to be linearised: a node
+    that has just come to slide keeps some stiffness along its slip, and does not run away (Chan, Golub and Mulet 1999,
+    SIAM J. Sci. Comput. 20:1964, eq. 4.6). Near the solution t is what it is, and the tangent exact.
+    """
+
+    def __init__(self) -> None:
+        self.known: tuple[Floats, Floats, Floats, Floats] | None = None  # s, t, u, w of the iterate before
+
+    def at(self, s: Floats, size: Floats, most: Floats, spring: float) -> Floats:
+        """The tractions (m, 3) for a tangent at slips s (m, 3), m."""
+        w = np.maximum(np.maximum(size, most / spring), TINY)
+        u = np.where((spring * size > most)[:, None], s / np.maximum(size, TINY)[:, None], 0.0)
+        if self.known is None:
+            t = most[:, None] * s / w[:, None]
+        else:
+            s0, t0, u0, w0 = self.known
+            t = (most[:, None] * s - t0 * np.einsum("ij,ij->i", u0, s - s0)[:, None]) / w0[:, None]
+            t *= np.minimum(1.0, most / np.maximum(np.linalg.norm(t, axis=1), TINY))[:, None]
+        self.known = s, t, u, w
+        return t
+
+
+@dataclass(frozen=True)
+class Slip:
+    """How nodes stand to their anchors.
+
+    `s` (m, 3) is their way from them along the surface, m, `size` (m,) its length, `t` (m,) the traction against it,
+    Pa, and `slides` (m,) whether that is all that friction bears.
+    """
+
+    s: Floats
+    size: Floats
+    t: Floats
+    slides: Bools
+
+
+@dataclass(frozen=True)
+class Sunk:
+    """Where a rigid body is whose gaps are all larger by a `depth`, m."""
+
+    posed: Callable[[float], Gap]
+    depth: float
+
+    def __call__(self, share: float) -> Gap:
+        """At a share of the load."""
+        return Less(self.posed(share), self.depth)
+
+
+@dataclass(frozen=True)
+class Less:
+    """A gap that is larger by a `depth`, m, than its own."""
+
+    own: Gap
+    depth: float
+
+    @property
+    def sharpest(self) -> float:
+        """Least radius of curvature of its convex edges, m."""
+        return self.own.sharpest
+
+    @property
+    def centroid(self) -> Vector3 | None:
+        """The middle of its volume, m."""
+        return self.own.centroid
+
+    def gap(self, X: Floats) -> Floats:
+        """At points X (n, 3), m."""
+        return self.own.gap(X) + self.depth
+
+    def look(self, X: Floats) -> Look:
+        """With what is the same."""
+        g, n, H = self.own.look(X)
+        return g + self.depth, n, H
+
+
+@dataclass(frozen=True)
+class Rubbing(Touching):
+    """Touching with friction: a traction -k s on nodes, s their way along the surface from anchors, or -mu p s/|s|.
+
+    Elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5): `anchors` (m, 3) are
+    points of the rigid body, which move with it, and stay where they are within a state; what a state leaves of them is
+    `settled`. The `spring` k, Pa/m, lets a node that sticks go by mu p / k at most, which is less than the distance of
+    the barrier. Where p counts as it is there is a force and an unsymmetric tangent, and no energy; with a `lag`, of an
+    earlier iterate, there are both.
+    """
+
+    friction: float = 0.0
+    spring: float = 0.0
+    carries: Callable[[float], Pose] = lambda share: Pose()
+    anchors: Floats | None = None  # (m, 3) m, in the body as it is declared; None: where the nodes are at rest
+    lag: Lag | None = None
+    dual: Dual | None = None
+    conservative: bool = False
+
+    @property
+    def rubs(self) -> bool:
+        """Without a lag."""
+        return self.lag is None
+
+    @cached_property
+    def pose(self) -> Pose:
+        """Where the rigid body is."""
+        return self.carries(self.share)
+
+    @cached_property
+    def held(self) -> Floats:
+        """Anchors where they are now (m, 3), m."""
+        return self.pose.moved(self.X if self.anchors is None else self.anchors)
+
+    def softened(self, soft: float) -> Rubbing:
+        """The same `soft` times as stiff, across the surface and along it, from the same gap on.
+
+        Nodes that press are behind the surface then, and whole steps lead there from anywhere near.
+        """
+        d = self.barrier.distance
+        barrier, posed = replace(self.barrier, distance=d / soft), Sunk(self.posed, d / soft - d)
+        made = replace(self, dual=Dual())
+        return made if soft == 1.0 else replace(made, spring=soft * self.spring, barrier=barrier, posed=posed)
+
+    def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
+        """The same with an energy, of the pressures and normals of a state, of which `before` was the law.
+
+        It `grips` where everything that touches is to stick, whatever the pressure.
+        """
+        g, n, _ = (before or self)._near(x)
+        p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
+        return replace(self, lag=Lag(self.friction * p, n), conservative=True)
+
+    def towing(self, x: Floats, way: Floats) -> Rubbing:
+        """Where the rigid body was in the state that is started from, and all that touches sticks.
+
+        Adds to a `way` (dofs,), m, how it has gone on since, at each node. (Itself, where that is not known.)
+        """
+        was: Any = self.before()
+        old, there = getattr(self.earlier, "pose", Pose()), self.places(x)
+        if self.earlier is not None:
+            way[self.stencils] = self.pose.moved(old.back(there)) - there
+        found: Rubbing = was.lagged(x, grips=True)
+        return found
+
+    def stiffer(self, factor: float) -> Rubbing:
+        """The same with a barrier and a spring so many times as stiff."""
+        return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
+
+    def holds(self, x: Floats) -> bool:
+        """Whether something that presses sticks."""
+        return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
+
+    def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
+        """From anchors to nodes (m, 3), m: all of it, and along the surface of normals n (m, 3)."""
+        d = self.places(x) - self.held
+        if self.flat:
+            d[:, 2] = 0.0
+        s: Floats = d - np.einsum("ij,ij->i", n, d)[:, None] * n
+        return d, s
+
+    def slip(self, x: Floats) -> Slip:
+        """How its nodes stand to their anchors in a state."""
+        g, n, _ = self._near(x)
+        return self._slip(self.way(x, n)[1], self.friction * self.barrier.pressure(g))
+
+    def settled(self, x: Floats) -> Floats:
+        """The anchors that a state leaves (m, 3), m: what slid has taken them along, and what is apart has none."""
+        slip = self.slip(x)
+        kept = np.where(slip.size > TINY, slip.t / (self.spring * np.maximum(slip.size, TINY)), 0.0)
+        return self.pose.back(self.places(x) - kept[:, None] * slip.s)
+
+    def lost(self, x: Floats) -> float:
+        """What friction has turned into heat since the anchors were taken, J: never negative."""
+        slip = self.slip(x)
+        return float(self.A @ (slip.t * np.maximum(slip.size - slip.t / self.spring, 0.0)))
+
+    def forces(self, x: Floats) -> Floats:
+        """What the rigid body does to the nodes (m, 3), N."""
+        g, n, _ = self._near(x)
+        p = self.barrier.pressure(g)
+        return self.A[:, None] * (p[:, None] * n - self._traction(x, n, self.friction * p))
+
+    def value(self, x: Floats) -> float:
+        """What the barrier stores, and of a lag what friction does, J."""
+        found = super().value(x)
+        if self.lag is None:
+            return found
+        slip = self._slip(self.way(x, self.lag.n)[1], self.lag.most)
+        return found + float(self.A @ (slip.t * (slip.size - 0.5 * slip.t / self.spring)))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
+        super().add_hessian(x, data, slots, scale, projected)
+        g, n, H = self._near(x)
+        p = self.barrier.pressure(g)
+        most = self.friction * p
+        if self.lag is not None:
+            n, most = self.lag.n, self.lag.most
+        d, s = self.way(x, n)
+        slip = self._slip(s, most)
+        blocks = np.eye(3) - n[:, :, None] * n[:, None, :]
+        if self.lag is None and not projected:
+            blocks = blocks - n[:, :, None] * np.einsum("mi,mij->mj", d, H)[:, None, :]
+            blocks = blocks - np.einsum("mi,mi->m", n, d)[:, None, None] * H
+        u = s / np.maximum(slip.size, TINY)[:, None]
+        across = blocks - u[:, :, None] * np.einsum("mi,mij->mj", u, blocks)[:, None, :]
+        if self.lag is not None and self.dual is not None and np.isfinite(most).all():
+            t = self.dual.at(s, slip.size, most, self.spring) / np.maximum(most, TINY)[:, None]
+            both = t[:, :, None] * u[:, None, :]
+            across = blocks - 0.5 * (both + both.swapaxes(1, 2))
+        stiff = np.where(slip.slides, slip.t / np.maximum(slip.size, TINY), self.spring)[:, None, None]
+        blocks = stiff * np.where(slip.slides[:, None, None], across, blocks)
+        if self.lag is None and not projected:
+            falls = np.where(slip.slides, self.friction * self.barrier.slope(g), 0.0)
+            blocks = blocks - falls[:, None, None] * u[:, :, None] * n[:, None, :]
+        blocks[most <= 0.0] = 0.0
+        add_blocks(scale * self.A[:, None, None] * blocks, slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """With what the last digits of places leave in friction, N."""
+        size = float(np.abs(self.places(x)).max(initial=0.0))
+        stiff = self.A[self.gaps(x) < self.barrier.distance] * self.spring
+        return super().rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
+
+    def _traction(self, x: Floats, n: Floats, most: Floats) -> Floats:
+        """Against slip, (m, 3), Pa."""
+        if self.lag is not None:
+            n, most = self.lag.n, self.lag.most
+        _, s = self.way(x, n)
+        slip = self._slip(s, most)
+        found: Floats = (slip.t / np.maximum(slip.size, TINY))[:, None] * s
+        return found
+
+    def _slip(self, s: Floats, most: Floats) -> Slip:
+        size = np.linalg.norm(s, axis=1)
+        elastic = self.spring * size
+        return Slip(s, size, np.minimum(elastic, most), elastic > most)
+
+
+def rubbing(touching: Touching, friction: float, carries: Callable[[float], Pose]) -> Rubbing:
+    """A contact with friction, its spring as stiff as the barrier: what sticks gives way by less than its distance."""
+    known = {f.name: getattr(touching, f.name) for f in fields(touching) if f.name != "conservative"}
+    spring = touching.barrier.stiffness / touching.barrier.distance
+    return Rubbing(**known, friction=friction, spring=spring, carries=carries)

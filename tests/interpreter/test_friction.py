@@ -1,0 +1,84 @@
+"""Friction in scenes: slopes, and a plane that is dragged along; each state is checked by other formulas too."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from softmark import loads
+
+HEAD = """softmark 1
+scene "Rubbing"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (40, 10, 10) mm, origin = (-20, 0, 0) mm), gel)
+support  front = symmetric(block, where = y <= 0 mm)
+model    hexes = fem(hex8, size = 5 mm, strain = finite, integration = selective)
+metric   push  = force(touch, along = +z)
+metric   drag  = force(touch, along = +x)
+"""
+
+SLOPE = (
+    HEAD
+    + """
+body     hill  = rigid(half_space(normal = (0, 0, 1)))
+contact  touch = between(hill, block, friction = 0.3)
+load     sag   = gravity(9.81 m/s^2, direction = ({x}, 0, {z}))
+analysis rest  = static()
+"""
+)
+
+DRAGGED = (
+    HEAD
+    + """
+body     plane = rigid(half_space(normal = (0, 0, 1)))
+contact  touch = between(plane, block, friction = 0.3)
+support  grip  = fixed(block, where = z >= 10 mm)
+support  hand  = displaced(plane, by = (8, 0, 0.4) mm, course = state)
+analysis press = static(states = [25, 50, 75, 100] %)
+metric   heat  = dissipation(block)
+metric   way   = slip(touch)
+metric   still = stick_area(touch)
+"""
+)
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_block_on_a_slope(share: float) -> None:
+    """It stays within 1 % below arctan(mu), under its whole weight, and slides beyond, where nothing is in balance."""
+    angle = share * math.atan(0.3)
+    model = loads(SLOPE.format(x=math.sin(angle), z=-math.cos(angle))).run().models["hexes"]
+    if share > 1.0:
+        assert model.status == "not_converged"
+        assert "all that touches slides" in str(model.message)
+        return
+    assert model.status == "converged"
+    weight = 1000.0 * 9.81 * 4e-6  # N
+    assert model.metrics["push"].value == pytest.approx(weight * math.cos(angle), rel=1e-6)
+    assert model.metrics["drag"].value == pytest.approx(-weight * math.sin(angle), rel=1e-6)
+
+
+def test_what_is_dragged_along() -> None:
+    """It slides under mu N along a plane, and what becomes heat from then on is that force times the way."""
+    found = loads(DRAGGED).run().models["hexes"].metrics
+    push, drag, heat, way, still = (found[name].states for name in ("push", "drag", "heat", "way", "still"))
+    assert list(still[-2:]) == [0.0, 0.0]
+    # 1e-4 is lacking where nodes slide across as well, as the block is squeezed and grows wider
+    assert drag[-1] == pytest.approx(0.3 * push[-1], rel=1e-3)
+    assert drag[-2] == pytest.approx(0.3 * push[-2], rel=1e-3)
+    assert all(a >= 0.0 for a in np.diff([0.0, *heat]))
+    assert all(a >= 0.0 for a in np.diff([0.0, *way]))
+    # in a step the force of its end acts along all of its slip: the plane's way less what the block is sheared more
+    assert heat[-1] - heat[-2] == pytest.approx(drag[-1] * 2e-3, rel=0.1)
+    assert heat[-1] - heat[-2] < drag[-1] * 2e-3
+
+
+def test_what_sticks_does_not_lose_anything() -> None:
+    """Of much friction all of a plane sticks, nothing becomes heat, and nothing slides."""
+    text = DRAGGED.replace("friction = 0.3", "friction = 10").replace("(8, 0, 0.4)", "(0.05, 0, 0.4)")
+    found = loads(text).run().models["hexes"].metrics
+    heat, way, drag, push = (found[name].states[-1] for name in ("heat", "way", "drag", "push"))
+    assert 0.0 < drag < 0.3 * push
+    assert heat == pytest.approx(0.0, abs=1e-3 * drag * 5e-5)
+    assert way < 1e-6
