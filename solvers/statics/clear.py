@@ -59,7 +59,7 @@ def begun(problem: Statics, x: Any) -> Any:
     What touched them goes along; where nothing is known of where they were, and where that leads nowhere, the state.
     """
     if problem.rubs:
-        from softmark.solvers.statics.friction import towed
+        from softmark.solvers.statics.towing import towed
 
         return towed(problem, x)
     known: list[Any] = list(problem.assembly.loads)

@@ -11,16 +11,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.problem import NotConverged
 
 if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.statics.newton import Newton
-    from softmark.solvers.statics.problem import Statics
 
 MOST, WITHIN = 12, 20  # iterates, and steps of each
 SOFT = 0.01  # of the stiffness across and along the surface: first soft, so that nodes come and go in whole steps
@@ -92,25 +88,6 @@ def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | 
     if not done:
         newton.moved = moved
     return x if done else None
-
-
-def towed(problem: Statics, x: Floats) -> Floats:
-    """A state x that is started from, carried on as if all that touches stuck to the rigid bodies, which have moved.
-
-    Solves (K + C) d = C v, C the stiffness of contacts that hold on and v the way of each node with its rigid body.
-    """
-    assembly, way, old = problem.assembly, np.zeros_like(x), []
-    for energy in assembly.loads:
-        known: Any = energy
-        old.append(known.towing(x, way) if energy.rubs else known.before() if energy.driven else energy)
-    free = assembly.free
-    C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
-    d = np.zeros_like(x)
-    try:
-        d[free] = factor(assembly.acting(assembly.internal, old).tangent(x, 1.0)).solve(C @ way[free])
-    except Singular:
-        return x
-    return x + assembly.limit(x, d) * d
 
 
 def _like(newton: Newton, assembly: Assembly, tolerance: float) -> Newton:

@@ -180,7 +180,8 @@ class PreparedSolid(OnMesh):
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         stiffer = found.facts.get("stiffened", 1.0)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
-        moved = Deformed(self.mesh, u, pressures=pressures, left=left, **outside.met(self, u, stiffer))
+        met = outside.met(self.contacts, u, stiffer, self.rubbed)
+        moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
         modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
-    from softmark.interpreter.models.fem.build import PreparedSolid
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
@@ -95,12 +94,10 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(made: PreparedSolid, u: Floats, stiffer: float) -> dict[str, Any]:
+def met(contacts: Mapping[str, Touching], u: Floats, stiffer: float, before: Past) -> dict[str, Any]:
     """What a state u (n, 3), m, has of contacts: rigid bodies where they are, and what friction remembers."""
-    if not made.contacts:
-        return {}
-    contacts, _ = as_stiff(made.contacts, made.assembly, stiffer)
-    return {"beside": beside(contacts), "stiffer": stiffer, "rubbed": past(contacts, u.ravel(), made.rubbed)}
+    stiff = {name: contact.stiffer(stiffer) for name, contact in contacts.items()}
+    return {"beside": beside(stiff), "stiffer": stiffer, "rubbed": past(stiff, u.ravel(), before)}
 
 
 def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
