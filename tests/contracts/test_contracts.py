@@ -119,6 +119,8 @@ MEASURED: dict[str, dict[str, Any]] = {
     "contact_area": {"of": "touch"},
     "contact_pressure": {"of": "touch"},
     "gap": {"of": "touch"},
+    "slip": {"of": "touch"},
+    "stick_area": {"of": "touch"},
     "displacement": {"along": (0.0, 0.0, -1.0)},
     "period": {"along": (0.0, 0.0, -1.0)},
     "realtime": {"rate": 25.0},

@@ -95,7 +95,7 @@ def resumed(made: Solid, before: Moved) -> Solid:
 
 
 def met(contacts: Mapping[str, Touching], u: Floats, stiffer: float, before: Past) -> dict[str, Any]:
-    """What a state u (n, 3), m, has of contacts: rigid bodies where they are, and what friction remembers."""
+    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers."""
     stiff = {name: contact.stiffer(stiffer) for name, contact in contacts.items()}
     return {"beside": beside(stiff), "stiffer": stiffer, "rubbed": past(stiff, u.ravel(), before)}
 
