@@ -40,7 +40,7 @@ def least_gap(problem: Statics, x: Any) -> float:
 def _stiffer(assembly: Any) -> Any:
     if assembly is None:
         return None
-    loads = [energy.stiffer(STIFFER) if energy.driven else energy for energy in assembly.loads]
+    loads = [replace(energy.stiffer(STIFFER), earlier=None) if energy.driven else energy for energy in assembly.loads]
     return assembly.acting(assembly.internal, loads)
 
 
