@@ -69,7 +69,7 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
 def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     facets, look = _facets(case, touch, mesh), _where(touch)
     x = _flat(case, mesh.points + u)
-    nodes = np.unique(facets)
+    nodes = np.setdiff1d(np.unique(facets), _still(case, mesh))
     gaps = np.full(len(x), np.inf)
     gaps[nodes] = _asked(look, x[nodes])[0]
     corners = x[facets]
@@ -79,7 +79,7 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     N = solids.shape(kind, FACETS[kind].lattice(STEPS))
     between = _flat(case, np.einsum("qa,fai->fqi", N, x[near]).reshape(-1, 3))
     deepest = float(_asked(look, between)[0].min(initial=np.inf)) if len(near) else np.inf
-    return {"least_gap": float(gaps[nodes].min()), "overlap": max(0.0, -deepest), "facets": len(near)}
+    return {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deepest), "facets": len(near)}
 
 
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
@@ -89,7 +89,7 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     if not (case.planar or touch.thing.friction) and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
         raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
     area = touching.shares(mesh.points, triangles, case.depth)
-    nodes = np.flatnonzero(area > 0.0)
+    nodes = np.setdiff1d(np.flatnonzero(area > 0.0), _still(case, mesh))
     x = _flat(case, mesh.points + u)[nodes]
     g, n = _asked(_where(touch), x)
     p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
@@ -103,6 +103,14 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
         slope = slope + spring
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
     return found, 4.0 * EPS * size * float((area[nodes] * slope).sum())
+
+
+def _still(case: Case, mesh: Moved) -> Ints:
+    """Nodes that supports hold in every way: these neither press nor give way."""
+    from softmark.interpreter.evidence.held import held
+
+    found: Ints = np.flatnonzero(held(case, mesh).all(axis=1))
+    return found
 
 
 def _flat(case: Case, x: Floats) -> Floats:

@@ -83,8 +83,11 @@ class Inner(Touching):
         add_blocks(whole, slots[near], data)
 
 
-def inner(touching: Touching, points: Floats, triangles: Ints, n: int, depth: float = 0.0) -> Inner:
-    """The same contact, kept clear at a lattice of n x n on each of `triangles` (t, 3) of its surface."""
+def inner(touching: Touching, points: Floats, triangles: Ints, n: int, depth: float = 0.0, still: Any = None) -> Inner:
+    """The same contact, kept clear at a lattice of n x n on each of `triangles` (t, 3) of its surface.
+
+    Points that only nodes carry that are `still` (nodes,) are left out.
+    """
     shares, parts = _lattice(n)
     numbers = np.where(shares > 0, triangles[:, None, :], -1)  # (t, l, 3): corners without a share do not count
     counts = np.broadcast_to(shares, numbers.shape)
@@ -95,8 +98,9 @@ def inner(touching: Touching, points: Floats, triangles: Ints, n: int, depth: fl
     corners, N = np.maximum(each[:, :3], each[:, 2:3] * (each[:, :3] < 0)), each[:, 3:] / n
     at_rest = np.einsum("pa,pai->pi", N, points[corners])
     _, areas = node_areas(at_rest, which[:, parts].reshape(-1, 3), ((0, 1, 2),), depth)
-    known = {f.name: getattr(touching, f.name) for f in fields(touching)} | {"A": areas}
-    return Inner(**known, corners=corners, shares=N, at_rest=at_rest)
+    own = np.ones(len(N), dtype=np.bool_) if still is None else (N * ~still[corners]).sum(axis=1) > 0.0
+    known = {f.name: getattr(touching, f.name) for f in fields(touching)} | {"A": areas[own]}
+    return Inner(**known, corners=corners[own], shares=N[own], at_rest=at_rest[own])
 
 
 def _lattice(n: int) -> tuple[Ints, Ints]:

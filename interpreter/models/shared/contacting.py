@@ -75,13 +75,15 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     facets = _surface(case, touch, mesh)
     split = mesh.element.facet.triangles
     nodes, areas = node_areas(mesh.points, facets, split, case.depth)
+    still = _still(case, mesh)
+    nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
     barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
     made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
     triangles = facets[:, np.array(split)].reshape(-1, 3)
     if (parts := finer(gap, mesh.points[triangles])) > 1 and not (touch.thing.friction or case.planar):
         from softmark.solvers.contact.inner import inner
 
-        made = inner(made, mesh.points, triangles, parts, case.depth)
+        made = inner(made, mesh.points, triangles, parts, case.depth, still)
     if touch.thing.friction:
         from softmark.solvers.contact.rubbing import rubbing
 
@@ -142,6 +144,17 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
             "the condition must hold on a part of the surface that no support holds",
         )
     return facets
+
+
+def _still(case: Case, mesh: Mesh) -> Bools:
+    """Which nodes (n,) supports hold in every way: a rigid body may lie on them, and they on it, for neither goes."""
+    from softmark.interpreter.models.shared.holding import selected
+
+    held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
+    for support in case.supports:
+        held[:, list(support.thing.components)] |= selected(case, support, mesh)[:, None]
+    found: Bools = held.all(axis=1)
+    return found
 
 
 def _held(case: Case, mesh: Mesh) -> Bools:
