@@ -33,6 +33,7 @@ from softmark.solvers.mesh.tube import Tube
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.problem.case import Case, Touch
+    from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.mesh.shape import Shape
 
 STEPS = 8  # along each side of a facet: where it is looked at between its nodes
@@ -86,8 +87,10 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
-    if not (case.planar or touch.thing.friction) and finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles]) > 1:
-        raise Unchecked("there is no other formula for points inside facets, which sharp rigid bodies meet")
+    if not (case.planar or touch.thing.friction):
+        parts = finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles])
+        if parts > 1:
+            return _of_points(case, touch, mesh, u, triangles, parts, barrier)
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.setdiff1d(np.flatnonzero(area > 0.0), _still(case, mesh))
     x = _flat(case, mesh.points + u)[nodes]
@@ -103,6 +106,26 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
         slope = slope + spring
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
     return found, 4.0 * EPS * size * float((area[nodes] * slope).sum())
+
+
+def _of_points(
+    case: Case, touch: Touch, mesh: Moved, u: Floats, triangles: Ints, parts: int, barrier: Barrier
+) -> tuple[Floats, float]:
+    """The same of points inside facets: of every triangle by itself, each point in all that have it."""
+    L, weights = touching.lattice(parts)
+    X, x = mesh.points[triangles], (mesh.points + u)[triangles]
+    area = 0.5 * np.linalg.norm(np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]), axis=1)
+    free = ~np.isin(triangles, _still(case, mesh))
+    A = area[:, None] * weights * (free @ L.T > 0.0)
+    g, n = _asked(_where(touch), np.einsum("la,tai->tli", L, x).reshape(-1, 3))
+    p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
+    push = (A.ravel() * p)[:, None] * n
+    found = np.zeros_like(u)
+    for corner in range(3):
+        shared = (push.reshape(*A.shape, 3) * L[:, corner, None]).sum(axis=1)
+        np.add.at(found, triangles[:, corner], shared)
+    size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
+    return found, 4.0 * EPS * size * float((A.ravel() * slope).sum())
 
 
 def _still(case: Case, mesh: Moved) -> Ints:

@@ -248,3 +248,14 @@ def shares(points: Floats, triangles: Ints, depth: float) -> Floats:
         for end in ends:
             np.add.at(found, end, area * around / 6.0)
     return found
+
+
+def lattice(parts: int) -> tuple[Floats, Floats]:
+    """Points that split edges of a triangle into so many parts (l, 3), by corners, and their shares of its area (l,).
+
+    Each of the parts^2 small triangles gives a third of its area to each of its corners; how many meet at a point is
+    counted: six within, three on an edge, one at a corner.
+    """
+    places = [(i, j, parts - i - j) for i in range(parts + 1) for j in range(parts + 1 - i)]
+    meet = [{0: 6, 1: 3, 2: 1}[sum(c == 0 for c in place)] for place in places]
+    return np.array(places) / parts, np.array(meet) / (3.0 * parts**2)

@@ -72,6 +72,7 @@ ORDER = (
     "region",
     "support",
     "load",
+    "contact",
     "analysis",
     "course",
     "stiffness",
@@ -126,7 +127,15 @@ WORLDS: tuple[tuple[Words, Words], ...] = (  # words of kinds that go with one a
     (FLAT | {"body": ("plane_strain", "plane_stress"), "reference": ("kirsch",)}, IN_PLANE),
     (FLAT | {"body": ("axisymmetric",), "reference": ()}, IN_PLANE | {"condition": ("y <= 0 mm",)}),
 )  # fmt: skip
-FUSSY = ("region", "reference", "published", "study", "metric", "course")  # kinds that seldom fit what else there is
+FUSSY = (
+    "region",
+    "contact",
+    "reference",
+    "published",
+    "study",
+    "metric",
+    "course",
+)  # kinds that seldom fit what else there is
 WANTED = ("density", "size", "segments", "radius", "direction")  # fields that are not required, and mostly needed
 LIKELY = {
     "shape": "cylinder",

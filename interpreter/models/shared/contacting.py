@@ -103,7 +103,7 @@ def finer(gap: Gap | None, corners: Floats) -> int:
 
 def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
     """Raises Fault where a rigid body overlaps the body before anything has moved."""
-    rest, start = np.zeros(3 * (int(made.nodes.max()) + 1)), made.at(0.0)
+    rest, start = np.zeros(int(made.stencils.max()) + 1), made.at(0.0)
     g = start.gaps(rest)
     deepest = int(g.argmin())
     if g[deepest] > -made.barrier.distance:
@@ -153,8 +153,7 @@ def _still(case: Case, mesh: Mesh) -> Bools:
     held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[:, list(support.thing.components)] |= selected(case, support, mesh)[:, None]
-    found: Bools = held.all(axis=1)
-    return found
+    return np.asarray(held.all(axis=1), dtype=np.bool_)
 
 
 def _held(case: Case, mesh: Mesh) -> Bools:
