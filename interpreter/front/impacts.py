@@ -26,7 +26,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             "`midpoint`, `bdf2` or `implicit_euler`",
         )
     for contact in contacts:
-        if contact.thing.friction:
+        if getattr(contact.thing, "friction", 0.0):  # of contact with a rigid body
             yield diagnostic(
                 "E681",
                 contact.at("friction"),

@@ -135,7 +135,7 @@ FUSSY = (
     "study",
     "metric",
     "course",
-)  # kinds that seldom fit what else there is
+)  # that seldom fit what else there is
 WANTED = ("density", "size", "segments", "radius", "direction")  # fields that are not required, and mostly needed
 LIKELY = {
     "shape": "cylinder",
