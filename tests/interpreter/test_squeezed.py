@@ -13,7 +13,7 @@ import pytest
 
 from softmark import SceneError, loads
 
-SEEDS = range(24)  # of tests/benchmarks/squeezed.py, which takes 200
+SEEDS = (0, 1, 2, 3, 4, 6, 7, 8)  # those that take seconds; tests/benchmarks/squeezed.py takes any
 LAWS = (
     "neo_hookean(young = {E:.3g} kPa, poisson = {nu}, density = 1000 kg/m^3)",
     "linear_elastic(young = {E:.3g} kPa, poisson = {nu}, density = 1000 kg/m^3)",
@@ -65,7 +65,7 @@ def squeezed(seed: int) -> str:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [pytest.param(s, marks=[] if s in (0, 1) else [pytest.mark.slow]) for s in SEEDS])
+@pytest.mark.parametrize("seed", [pytest.param(s, marks=[] if s == 3 else [pytest.mark.slow]) for s in SEEDS])
 def test_what_is_squeezed_is_solved_or_refused_with_a_reason(seed: int) -> None:
     """Forces of both sides to 1e-6: what holds the block below, and what presses on it above."""
     try:
