@@ -40,6 +40,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             yield from _between(scene, declared)
     for body in scene.of_kind("rigid").values():
         yield from _about(scene, body)
+        yield from _together(scene, body)
 
 
 def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
@@ -111,3 +112,32 @@ def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         elif thing.where is not EVERYWHERE:
             yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a support has all of it",
                              "no part of a rigid body", "leave `where` out")  # fmt: skip
+
+
+def _together(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
+    """Supports of a rigid body that do not go together: it turns once, as a whole, and what is held does not move."""
+    before: list[Declared] = []
+    for support in scene.acting("support", body.name):
+        if not isinstance(support.thing, Fixed | Displaced | Turned):
+            continue  # which is refused
+        if isinstance(support.thing, Turned) and len(support.thing.components) < 3:
+            problem = f"`{support.name}` turns `{body.name}` in some components alone"
+            label, help = "a rigid body turns as a whole", "leave `components` out"
+            yield diagnostic("E657", support.at("components"), problem, label, help)
+        for other in before:
+            if (what := _both(other.thing, support.thing)) is not None:
+                yield diagnostic("E657", support.at(), f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
+                                 "not both", "keep one of them: a rigid body turns about one axis, first, and then "
+                                 "goes by the sum of what it is displaced by")  # fmt: skip
+        before.append(support)
+
+
+def _both(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) -> str | None:
+    """What two supports of a rigid body do not agree on, in a word; ways that it is displaced add up."""
+    turns = [isinstance(support, Turned) for support in (one, other)]
+    if all(turns):
+        return "turn"
+    still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
+    if not isinstance(still, Fixed) or isinstance(moving, Fixed):
+        return None
+    return "hold and move" if any(turns) or any(moving.displacement[i] for i in still.components) else None

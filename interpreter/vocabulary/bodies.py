@@ -36,8 +36,8 @@ class Rigid:
     """A body that nothing deforms: an instrument, a plate, a floor. It acts on others through a `contact` alone.
 
     It has no material and no mesh, and stays where it is declared, or goes where supports take it as a whole:
-    `displaced(ball, by = (0, 0, -1) mm, course = state)`, `turned(...)`, without a `where`. The gap between it and what
-    it touches is that of the shape itself.
+    `displaced(ball, by = (0, 0, -1) mm, course = state)`, `turned(...)`, without a `where`: it is turned first, by one
+    of them, and goes by the sum of what others say. The gap between it and what it touches is that of the shape itself.
     """
 
     shape: Annotated[Any, "shape", "its geometry where it is declared"]
