@@ -40,6 +40,7 @@ USUAL = (
     ("material", "limit"), ("material", "permeability"), ("load", "magnitude"), ("load", "vector"), ("load", "moment"),
     ("load", "tension"),
     ("support", "angle"), ("support", "stiffness"), ("support", "value"),
+    ("contact", "friction"), ("contact", "distance"),
     ("model", "size"), ("model", "segments"), ("model", "precision"), ("model", "quality"), ("analysis", "tolerance"),
     ("analysis", "step"), ("analysis", "damping_mass"), ("analysis", "damping_stiffness"),
 )  # fmt: skip

@@ -12,6 +12,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.overrides import read
+from softmark.interpreter.plan.quantities import usual
 from softmark.interpreter.study.analysis import lineage
 from softmark.interpreter.study.analysis.lineage import Refinement, refinement_of
 from softmark.interpreter.study.analysis.lines import RefinementLine
@@ -165,6 +166,24 @@ def test_orders_of_theory_are_those_of_what_is_declared() -> None:
     assert resolved(newmark, "capped")["formal"] == {}
     damped = newmark.replace("newmark", "newmark, damping_stiffness = 1 ms")
     assert [resolved(damped, m)["formal"]["step"] for m in ("t10", "t4")] == [1, 2]  # exact where K does not change
+
+
+RUBBED = """material gel = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body    block = solid(box(size = (20, 20, 20) mm), gel)
+body    ball  = rigid(sphere(radius = 5 mm, origin = (10, 10, 25) mm))
+support floor = fixed(block, where = z <= 0 mm)
+support hand  = displaced(ball, by = (0, 0, -1) mm)
+contact touch = between(ball, block, friction = 0.3)
+model   cubes = fem(hex8, size = 5 mm, strain = finite)
+metric  push  = force(touch, along = -z)
+"""
+
+
+def test_friction_changes_the_problem_and_is_walked() -> None:
+    """Models of other frictions are not ranked together; what a scene gives of a contact is a quantity of `stress`."""
+    rough, smooth = (resolved(RUBBED, "cubes", *o)["problem"] for o in ((), ("touch.friction=0.1",)))
+    assert rough != smooth
+    assert "touch.friction" in {q.name for q in usual(softmark.loads(RUBBED).scene)}
 
 
 def test_a_parameter_refines_what_uses_it_and_a_length_changes_the_problem() -> None:

@@ -16,7 +16,7 @@ from softmark.interpreter.problem.case import Fault, case_for
 from softmark.interpreter.study.expansion.keys import words_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
-PROBLEM = ("material", "body", "support", "load", "analysis")  # kinds that say what is to be solved
+PROBLEM = ("material", "body", "support", "contact", "load", "analysis")  # kinds that say what is to be solved
 
 
 def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
