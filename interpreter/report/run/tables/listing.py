@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import section, tag, text
 from softmark.interpreter.report.run.findings import Findings
@@ -20,27 +21,7 @@ _PIECE = re.compile(
     r"|[^\w#\".]+|."
 )
 KINDS = frozenset(
-    [
-        "softmark",
-        "scene",
-        "use",
-        "as",
-        "param",
-        "in",
-        "expect",
-        "material",
-        "body",
-        "support",
-        "load",
-        "analysis",
-        "model",
-        "reference",
-        "probe",
-        "metric",
-        "and",
-        "or",
-        "not",
-    ]
+    ("softmark", "scene", "use", "as", "param", "in", "expect", "and", "or", "not", *CATALOGUE)  # names of its tables
 )
 _UNIT_WORDS = re.compile(r"^(.*\d\.?)([ \t])(in|and|or|not|as)$")
 
