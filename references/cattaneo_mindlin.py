@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 else:
     from softmark.references.deferred import np
 
-ALONG = 1e-9  # of the travel: how far it may leave the face
-
 
 @dataclass(frozen=True)
 class PartialSlip:

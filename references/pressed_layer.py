@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Vector
+from softmark.references.cantilever import Refused, Vector
 from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
@@ -91,6 +91,8 @@ class PressedLayer(Reference):
         """Raises Refused where an assumption is broken, as far as a look tells."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
+        if pressed.kind == "cylinder":
+            raise Refused("what presses is a cylinder", "use `hertz_line(...)`")
         pressed.must_be_wide()
 
     def solve(self, pressed: Pressed) -> InLayer:

@@ -15,6 +15,7 @@ from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
 ALIGNED = 1e-6  # of a direction: how far an axis may lean
+ALONG = "use `cylinder(..., axis = +z)`"
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,15 @@ def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
         if shape.part != "whole":
             raise Refused(f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry")
         if planar == "plane_strain":
-            raise Refused(f"in plane strain `{name}` is cut as a cylinder", "use `cylinder(..., axis = +z)`")
+            raise Refused(f"in plane strain `{name}` is cut as a cylinder", ALONG)
         return Indenter("sphere", shape.radius, moved(shape.origin, (-shape.radius, normal)))
     if isinstance(shape, Cylinder) and planar == "plane_strain":
         if math.hypot(*shape.axis[:2]) > ALIGNED:
-            raise Refused(f"the axis of `{name}` is not along z", "use `cylinder(..., axis = +z)`")
+            raise Refused(f"the axis of `{name}` is not along z", ALONG)
         return Indenter("cylinder", shape.radius, moved(shape.origin, (-shape.radius, normal)))
     if isinstance(shape, Cylinder | Cone | Punch | Tip):
+        if planar == "plane_strain":
+            raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)
         return _upright(name, shape, normal)
     raise Refused(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
 

@@ -50,6 +50,7 @@ model    quads = fem(quad8, strain = small, size = 5 m)
 reference told = hertz_line(block)
 metric   push  = force(touch, along = -y, against = told)
 """
+ROLL = "cylinder(radius = 8 m, length = 10 m, axis = +z, origin = (40, 28.02, -5) m)"
 BAR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)
 body     block = solid(box(size = (100, 20, 10) mm), gel)
@@ -276,6 +277,11 @@ def test_a_bar_that_a_wall_stops() -> None:
          "moves `block`"),
         (TURNED, ("origin = (0, 30, 0)", "origin = (1, 30, 0)"), "not on the axis"),
         (TURNED, ("(80, 0, 0) mm, third = (80, 20, 0)", "(3, 0, 0) mm, third = (3, 20, 0)"), "nearest free side"),
+        (STRIP, ("hertz_line", "pressed_layer"), "presses is a cylinder"),
+        (STRIP, (ROLL, "cone(length = 10 m, radius = 9 m, axis = -y, origin = (40, 30.02, 0) m)"),
+         "cut along its axis"),
+        (STRIP, (ROLL, "tip(angle = 90 deg, rounding = 1 m, length = 9 m, axis = +y, origin = (40, 20.02, 0) m)"),
+         "cut along its axis"),
         (DRAGGED, ("by = (0, 0, -0.6)", "by = (0.1, 0, -0.6)"), "dragged while"),
         (BAR, ("components = x)\nsupport  side", ")\nsupport  side"), "cannot grow narrower"),
         (BAR, ("vector = (200, 0, 0) Pa", "vector = (200, 9, 0) Pa"), "does not act along the bar"),
