@@ -11,7 +11,6 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.problem.indenter import indenter
 from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
-from softmark.interpreter.problem.stretches import ends_of
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.reactions import Touch as Touched
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
@@ -21,7 +20,7 @@ from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.half_space import Surroundings
 from softmark.references.pressed import SAID, Pressed
-from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+from softmark.solvers.mesh.shape import cross, dot, moved
 
 NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie
 SAME = 1e-9  # of the body's size, or of a travel: what is less is none
@@ -41,24 +40,22 @@ class Face:
     @property
     def normal(self) -> Vector:
         """Unit vector, out of the body."""
-        sign = 1.0 if self.end else -1.0
-        if isinstance(self.body, Round):
-            return moved(NONE, (sign, self.body.shape.axis))
-        return with_coordinate(NONE, self.way, sign)
+        return self.body.outward(self.way, self.end)
 
     @property
     def middle(self) -> Vector:
         """Its middle, m; of a body of revolution on its axis."""
-        if isinstance(self.body, Round):
-            return moved(self.body.shape.root, (self.end * self.thickness, self.body.shape.axis))
-        corner = self.body.high if self.end else self.body.low
-        centre = with_coordinate(self.body.middle, self.way, corner[self.way])
-        return with_coordinate(centre, 0, 0.0) if self.body.turns else centre
+        return self.body.centre(self.way, self.end)
 
     @property
     def thickness(self) -> float:
         """To the face across, m."""
-        return self.body.shape.length if isinstance(self.body, Round) else self.body.size(self.way)
+        return self.body.size(self.way)
+
+    @property
+    def area(self) -> float:
+        """m^2; all around of a body of revolution."""
+        return self.body.area(self.way)
 
     @property
     def body_turns(self) -> bool:
@@ -74,23 +71,18 @@ class Face:
 
     def taken(self, where: Any) -> set[int]:
         """Which of it (its `end`) and the far face a condition selects, whole and nothing else."""
-        own = self.body
-        return ends_of(where, own.shape) if isinstance(own, Round) else own.taken(where, self.way)
+        return self.body.taken(where, self.way)
 
     def over(self, low: Vector, high: Vector) -> bool:
         """Whether what lies between two corners is above a part of it, by its coordinates along the face."""
-        own_low, own_high = self._limits
+        own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
     def above(self, point: Vector) -> bool:
         """Whether a point lies above it, not beside it."""
-        low, high = self._limits
+        low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
         return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
-
-    @property
-    def _limits(self) -> tuple[Vector, Vector]:
-        return self.body.shape.bounds if isinstance(self.body, Round) else (self.body.low, self.body.high)
 
     def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
         """From a point of it to the nearest side that is no plane of symmetry (direction, end), m."""
@@ -98,7 +90,7 @@ class Face:
             return self.body.shape.radius - math.dist(at, self.middle)
         if self.body.turns:
             return self.body.high[0]
-        low, high = self._limits
+        low, high = self.body.bounds
         sides = [
             (at[c] - low[c], high[c] - at[c])[end] for c in self.across for end in (0, 1) if (c, end) not in mirrors
         ]
