@@ -266,11 +266,6 @@ class SamePlace:
         return self.pressed.at
 
     @property
-    def normal(self) -> Vector:
-        """Unit vector, out of the body."""
-        return self.pressed.normal
-
-    @property
     def gap(self) -> float:
         """What is left between them, m."""
         return self.pressed.gap

@@ -279,33 +279,34 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     """What a theory says of forces: those of the part that the body is. Of planes of symmetry it says nothing."""
     touch, face = face_of(case)
     _, mirrors = far_held(case, face)
-    share = 0.5 ** len(mirrors) if reference.thing.about == "pressed" else 1.0  # a bar is what it is
-    n = theory.normal
+    pressed = reference.thing.about == "pressed"
+    share = 0.5 ** len(mirrors) if pressed else 1.0  # a bar is what it is
+    n, at = face.normal, theory.at if pressed else face.middle
+    unknown = math.nan, math.nan, math.nan
     force = moved(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
     acting = moved(force, (share * getattr(theory, "load", 0.0), n))
-    at = theory.at
-    found = {touch.name: Reaction(force, cross(at, force), at, NONE)}
+    part = share < 1.0  # of what presses: it pushes beside its axis, on one side of the plane
+    found = {touch.name: Reaction(force, unknown if part else cross(at, force), at, unknown if part else NONE)}
     far = moved(face.middle, (-face.thickness, face.normal))
-    unknown = math.nan, math.nan, math.nan
     alone = [s for s in case.named_supports if face.taken(s.thing.where) == {1 - face.end}]
     for support in case.supports:
         if support not in alone:
             found[support.name] = Reaction(unknown, unknown, far, unknown)
             continue
         whole = len(alone) == 1
-        carried: Vector = tuple(  # type: ignore[assignment]
+        x, y, z = (
             -f if whole and c in support.thing.components and (share == 1.0 or abs(n[c]) > 0.5) else
             (0.0 if c not in support.thing.components else math.nan)
             for c, f in enumerate(acting)
         )  # fmt: skip
-        full = not mirrors and whole
+        carried, full = (x, y, z), not mirrors and whole
         own = moved(NONE, (-1.0, cross(moved(at, (-1.0, far)), acting))) if full else unknown
         moment = moved(own, (1.0, cross(far, carried))) if full else unknown
         found[support.name] = Reaction(carried, moment, far, own)
     work = {load.name: None for load in case.loads}
-    pressed = Touched(share * theory.area, theory.largest_pressure, theory.gap)
+    touched = Touched(share * theory.area, theory.largest_pressure, theory.gap)
     return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
-                  touches={touch.name: pressed})  # fmt: skip
+                  touches={touch.name: touched})  # fmt: skip
 
 
 def doubt_of(theory: Any) -> str | None:

@@ -10,7 +10,7 @@ from softmark.references.cantilever import Refused, Vector
 from softmark.references.pressed import Kind
 from softmark.solvers.mesh.instruments import Punch, Tip
 from softmark.solvers.mesh.revolved import Cone
-from softmark.solvers.mesh.shape import cross, dot, moved
+from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
 from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
@@ -40,7 +40,8 @@ def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
     if isinstance(shape, Cylinder) and planar == "plane_strain":
         if math.hypot(*shape.axis[:2]) > ALIGNED:
             raise Refused(f"the axis of `{name}` is not along z", ALONG)
-        return Indenter("cylinder", shape.radius, moved(shape.origin, (-shape.radius, normal)))
+        middle = with_coordinate(shape.origin, 2, 0.0)  # of the slice
+        return Indenter("cylinder", shape.radius, moved(middle, (-shape.radius, normal)))
     if isinstance(shape, Cylinder | Cone | Punch | Tip):
         if planar == "plane_strain":
             raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)

@@ -167,6 +167,7 @@ def test_a_quarter_carries_a_quarter() -> None:
     assert rest.reactions["base"].force[2] == pytest.approx(16.38145e-3 / 4, rel=1e-6)
     assert math.isnan(rest.reactions["left"].force[0])
     assert rest.touches["touch"].area == pytest.approx(math.pi * 5e-6 / 4, rel=1e-12)
+    assert all(math.isnan(m) for m in (*rest.reactions["touch"].moment, *rest.reactions["touch"].own_moment))
     assert "axis of what presses" in refused(text.replace("origin = (1, 2, 10.1)", "origin = (1.1, 2, 10.1)"))
 
 
@@ -216,6 +217,7 @@ def test_a_cylinder_on_a_strip() -> None:
     assert (found.strip.depth, found.strip.thickness, found.slice) == pytest.approx((0.1, 20.0, 2.0))
     assert found.radius == pytest.approx(half_width(0.5 * found.push, 8.0, 200.0 / 0.91), rel=1e-12)
     assert "knows" not in str(found.off)
+    assert found.at == pytest.approx((40.0, 20.0, 0.0))
     lost = STRIP + "probe top = point(block, at = (40, 20, 0) m)\nmetric miss = tip_error(top, against = told)\n"
     with pytest.raises(softmark.SceneError, match="a theory of forces alone"):
         softmark.loads("softmark 1\n" + lost)
@@ -241,7 +243,10 @@ def test_a_sphere_that_is_dragged() -> None:
 
 
 def test_a_bar_that_a_wall_stops() -> None:
-    """E A = 2 N, gap 1 mm: free, 0.04 N would make it 2 mm longer; the wall carries 0.02 N. Across, 1/4 of 1 %."""
+    """E A = 2 N, gap 1 mm: free, 0.04 N would make it 2 mm longer; the wall carries 0.02 N. Across, 1/4 of 1 %.
+
+    It pushes on the middle of the end, at (100, 10, 5) mm, wherever the planes of symmetry are.
+    """
     reference, own = case(BAR)
     found = solved(reference, own)
     assert (found.longer, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
@@ -250,6 +255,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((-0.02, 0.0, 0.0))
     assert rest.reactions["base"].force == pytest.approx((-0.02, 0.0, 0.0))
+    assert rest.reactions["touch"].moment == pytest.approx((0.0, -1e-4, 2e-4), abs=1e-15)
     box = "box(size = (9, 90, 90) mm, origin = (101, -9, -9) mm)"
     wall = BAR.replace("load     pull", "#").replace("half_space(origin = (101, 0, 0) mm, normal = (-1, 0, 0))", box)
     wall += "support hand = displaced(wall, by = (-3, 0, 0) mm)\n"
@@ -301,11 +307,13 @@ def test_a_model_is_held_against_it() -> None:
     and 1e-5 of the size of the body of the displacement."""
     text = BAR + "probe end = point(block, at = (100, 20, 10) mm)\n"
     text += "metric miss = tip_error(end, against = told)\n"
+    text += "metric turn = moment(touch, along = +z, about = (0, 0, 0) mm, against = told)\n"
     report = softmark.loads("softmark 1\n" + text).run()
     found = report.models["tets"]
     assert found.status == "converged"
     assert found.metrics["push"].value < 2e-3
     assert found.metrics["miss"].value < 2e-6
+    assert found.metrics["turn"].value < 2e-3
     assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
 
 
