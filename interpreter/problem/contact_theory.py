@@ -140,14 +140,8 @@ def travel(touch: Touch) -> Vector:
         if thing.turns:
             raise Refused(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
         if isinstance(thing, ByVector):
-            shift = moved(shift, (1.0, by(support.thing)))
+            shift = moved(shift, (1.0, support.thing.imposed))
     return shift
-
-
-def by(thing: Any) -> Vector:
-    """The displacement of what a support moves, m."""
-    x, y, z = (v if c in thing.components else 0.0 for c, v in enumerate(thing.displacement))
-    return x, y, z
 
 
 def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
@@ -248,7 +242,7 @@ def _askew(case: Case, touch: Touch, n: Vector) -> bool:
     """Whether a rigid body is dragged along a face while it goes down: by one support, or by its courses."""
     moving = [s for s in touch.moved if isinstance(in_full(s.thing), ByVector)]
     for support in moving:
-        whole = by(in_full(support.thing))
+        whole = in_full(support.thing).imposed
         down, size = abs(dot(whole, n)), math.hypot(*whole)
         if SAME * size < down < (1.0 - SAME) * size:
             return True
@@ -267,7 +261,7 @@ def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
     total = NONE
     for support in moving:
         full = in_full(support.thing)
-        total = moved(total, (1.0 if full.course is None else full.course.at(t), by(full)))
+        total = moved(total, (1.0 if full.course is None else full.course.at(t), full.imposed))
     down = dot(total, n)
     return down, math.hypot(*moved(total, (-down, n)))
 

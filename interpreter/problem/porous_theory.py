@@ -135,8 +135,8 @@ def _vector(declared: Declared) -> Vector:
     """What a support or a load does: displacement, m, of what it moves, or traction, Pa. Raises Refused."""
     thing = in_full(declared.thing)
     if declared.kind == "support":
-        x, y, z = (v if c in thing.components else 0.0 for c, v in enumerate(thing.displacement))
-        return x, y, z
+        moved: Vector = thing.imposed
+        return moved
     if not isinstance(thing.action, PerArea):
         raise Refused(f"the load `{declared.name}` is no traction", DRIVE)
     return thing.action.traction
