@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from told import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.case import case_of
@@ -66,28 +67,9 @@ metric   push  = force(touch, along = +x, against = told)
 """
 
 
-def case(text: str):
-    scene = softmark.loads("softmark 1\n" + text).scene
-    return scene.declared["told"], case_of(scene, "block")
-
-
-def problem(text: str):
-    """What the reference of a scene is solved for."""
-    return problem_of(*case(text))
-
-
 def answer(text: str):
     """What it says."""
     return solved(*case(text))
-
-
-def refused(text: str) -> str:
-    """Why it does not hold for a scene."""
-    with pytest.raises(softmark.SceneError) as failure:
-        softmark.loads("softmark 1\n" + text)
-    said = [d for d in failure.value.diagnostics if d.code == "E503"]
-    assert len(said) == 1, failure.value
-    return said[0].message
 
 
 def test_a_sphere_above_a_block() -> None:
