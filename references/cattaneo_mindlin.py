@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
-from softmark.references.half_space import HalfSpace
+from softmark.references.half_space import SamePlace
 from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
@@ -20,18 +20,15 @@ if TYPE_CHECKING:
 else:
     from softmark.references.deferred import np
 
-ALONG = 1e-9  # of the travel: how far it may leave the face
-
 
 @dataclass(frozen=True)
-class PartialSlip:
+class PartialSlip(SamePlace):
     """Hertz's contact that a tangential travel shears. SI units.
 
     With m = mu P, G the shear modulus, a the radius of contact and q = Q / m, a circle of radius a (1 - q)^(1/3) sticks
     and moves by most (1 - (1 - q)^(2/3)), most = 3 m (2 - nu) / (16 a G): beyond that all of it slides.
     """
 
-    pressed: HalfSpace
     friction: float
     slid: Vector  # m, along the face
 
@@ -39,21 +36,6 @@ class PartialSlip:
     def travel(self) -> float:
         """Along the face, m."""
         return math.hypot(*self.slid)
-
-    @property
-    def at(self) -> Vector:
-        """Where it touched, m."""
-        return self.pressed.at
-
-    @property
-    def normal(self) -> Vector:
-        """Unit vector, out of the body."""
-        return self.pressed.normal
-
-    @property
-    def gap(self) -> float:
-        """What is left between them, m."""
-        return self.pressed.gap
 
     @property
     def push(self) -> float:
@@ -128,8 +110,6 @@ class PartialSlip:
         inner = np.sqrt(np.maximum(c**2 - np.asarray(r, dtype=float) ** 2, 0.0)) / a
         found: Array = self.friction * (self.pressure(r) - self.largest_pressure * inner)
         return found
-
-    displacement = None
 
     @property
     def estimated_error(self) -> float:

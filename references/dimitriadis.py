@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.layer import Layer
+from softmark.references.cantilever import Refused
+from softmark.references.half_space import SamePlace
 from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
@@ -20,30 +20,21 @@ FARTHEST = 1.0  # sqrt(R d) over the thickness, up to which it was shown
 
 
 @dataclass(frozen=True)
-class Series:
+class Series(SamePlace):
     """F = 16/9 E sqrt(R) d^(3/2) (1 + c1 x + ... + c4 x^4) of x = sqrt(R d) / h and nu = 0.5. SI units."""
-
-    layer: Layer
-    at: Vector
-    normal: Vector
 
     @property
     def x(self) -> float:
         """sqrt(R d) / h."""
-        return self.layer.tip.radius(max(self.layer.depth, 0.0)) / self.layer.thickness
-
-    @property
-    def gap(self) -> float:
-        """What is left between them, m."""
-        return max(-self.layer.depth, 0.0)
+        return self.pressed.radius / self.pressed.around.thickness
 
     @property
     def push(self) -> float:
         """The force into the body, N."""
-        own = self.layer
-        if own.depth <= 0.0:
+        own = self.pressed
+        if not own.touches:
             return 0.0
-        more = sum(c * self.x**n for n, c in enumerate(BONDED if own.bonded else SLIDING))
+        more = sum(c * self.x**n for n, c in enumerate(BONDED if own.around.bonded else SLIDING))
         return 16.0 / 9.0 * own.young * math.sqrt(own.tip.span * own.depth) * own.depth * more
 
     @property
@@ -59,16 +50,15 @@ class Series:
     @property
     def off(self) -> dict[str, float]:
         """By how much, relative, its force is off: `series` by the integral equation, `depth` for one not small."""
-        if self.layer.depth <= 0.0:
+        own = self.pressed
+        if not own.touches:
             return {"series": 0.0, "depth": 0.0}
-        return {"series": self.layer.push / self.push - 1.0, "depth": self.layer.depth / self.layer.tip.span}
-
-    displacement = None
+        return {"series": own.layer.push / self.push - 1.0, **own.tip.off(own.depth)}
 
     @property
     def estimated_error(self) -> float:
         """m, of the depth at which it has its force."""
-        return abs(self.off["series"]) * abs(self.layer.depth) / 1.5
+        return abs(self.off["series"]) * abs(self.pressed.depth) / self.pressed.tip.grows
 
 
 @dataclass(frozen=True)
@@ -115,4 +105,4 @@ class Dimitriadis(Reference):
 
     def solved(self, pressed: Pressed) -> Series:
         """The same, whatever it is asked of."""
-        return Series(pressed.layer, pressed.at, pressed.normal)
+        return Series(pressed.half_space)

@@ -12,6 +12,7 @@ where c t^n is t^2/R of a sphere, t pi/(2 tan(angle)) of a cone and 0 of a flat 
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
@@ -21,6 +22,8 @@ from softmark.references.centre_line import points_of
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from softmark.references.layer import Layer
 
     Array = NDArray[np.float64]
     Complex = NDArray[np.complexfloating]
@@ -224,23 +227,50 @@ class HalfSpace:
         w = self.around.width
         return 0.0 if math.isinf(w) else float(self.moved(np.array([w]), np.zeros(1))[1][0])
 
-    @property
+    @cached_property
+    def layer(self) -> Layer:
+        """The same as a layer on its far face."""
+        from softmark.references.layer import Layer
+
+        around = self.around
+        return Layer(self.tip, self.depth, self.young, self.poisson, around.thickness, around.bonded)
+
+    @cached_property
     def off(self) -> dict[str, float]:
         """By how much, relative, its force may be off for what the theory leaves out.
 
         `depth`: that it is not small beside the radius of a sphere; `rim` and `tip` that an edge is rounded.
         `thickness`: by the integral equation of a layer. `sides`: by what a layer moves there, an order of magnitude.
         """
-        from softmark.references.layer import Layer
-
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}
         thickness, beside = 0.0, self._beside
         if math.isfinite(self.around.thickness):
-            layer = Layer(self.tip, self.depth, self.young, self.poisson, self.around.thickness, self.around.bonded)
-            thickness = layer.push / self.push - 1.0
-            beside = 0.0 if math.isinf(self.around.width) else abs(layer.beside(self.around.width))
+            thickness = self.layer.push / self.push - 1.0
+            beside = 0.0 if math.isinf(self.around.width) else abs(self.layer.beside(self.around.width))
         return {"thickness": thickness, "sides": -self.tip.grows * beside / self.depth, **self.tip.off(self.depth)}
+
+
+@dataclass(frozen=True)
+class SamePlace:
+    """What another theory says of what presses a half-space: it lies where that does. Of displacements it says nothing.
+
+    SI units.
+    """
+
+    pressed: HalfSpace
+
+    @property
+    def at(self) -> Vector:
+        """Where it touched, m."""
+        return self.pressed.at
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return self.pressed.gap
+
+    displacement = None
 
 
 def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:

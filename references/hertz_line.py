@@ -33,7 +33,7 @@ class HertzLine(Reference):
     about: ClassVar[About] = "pressed"
     with_forces: ClassVar[bool] = True
     with_displacements: ClassVar[bool] = False
-    means: ClassVar[str] = "closed form"
+    means: ClassVar[str] = "integral equation"
     source: ClassVar[str] = "Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4"
     error_meaning: ClassVar[str] = "of the depth at which it has its force, m: rounding"
 

@@ -103,8 +103,6 @@ class Layer:
             middle = 0.5 * (low + high)
             one, other = self._solved(middle)
             low, high = (middle, high) if self.depth * one[-1] + other[-1] > 0.0 else (low, middle)
-            if middle in (low, high) and high - low <= 4.0 * np.spacing(high):
-                break
         return self._thin(low)
 
     def _thin(self, a: float) -> float:
@@ -171,8 +169,3 @@ class Layer:
         w, base = self._base
         taken = float(base @ j0(w * r / self.thickness)) / self.thickness
         return self.push / (math.pi * self.modulus) * (1.0 / r - taken)
-
-    @property
-    def force_error(self) -> float:
-        """N: rounding, and the bisection of the radius."""
-        return 1e-10 * abs(self.push)

@@ -124,7 +124,6 @@ class LineContact:
     strip: Strip
     slice: float  # m
     at: Vector
-    normal: Vector
     around: Surroundings
 
     @property
@@ -186,4 +185,4 @@ def line_contact(pressed: Pressed) -> LineContact:
         raise Refused("the body has no far face", "hold one")
     strip = Strip(p.size, p.depth, p.young, p.poisson, p.around.thickness, p.around.bonded)
     must_be_far(strip.half, p.around.width, "the nearest free side", WIDE, "take a wider body")
-    return LineContact(strip, p.slice, p.at, p.normal, p.around)
+    return LineContact(strip, p.slice, p.at, p.around)

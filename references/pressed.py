@@ -8,7 +8,6 @@ from typing import Literal
 from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.half_space import HalfSpace, Surroundings, Tip
-from softmark.references.layer import Layer
 
 Kind = Literal["sphere", "cone", "punch", "cylinder"]
 FAR = 0.5  # of the radius of a sphere: a depth beyond which no theory of small ones is asked
@@ -53,12 +52,6 @@ class Pressed:
     def half_space(self) -> HalfSpace:
         """The same, as if the body ended far away. Raises Refused."""
         return HalfSpace(self.tip, self.depth, self.young, self.poisson, self.at, self.normal, self.around)
-
-    @property
-    def layer(self) -> Layer:
-        """The same as a layer on its far face. Raises Refused."""
-        around = self.around
-        return Layer(self.tip, self.depth, self.young, self.poisson, around.thickness, around.bonded)
 
     def must_slip_freely(self) -> None:
         """Raises Refused where there is friction."""

@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Vector
+from softmark.references.cantilever import Refused
+from softmark.references.half_space import SamePlace
 from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.half_space import HalfSpace
     from softmark.references.layer import Layer
     from softmark.references.pressed import Pressed
 
 
 @dataclass(frozen=True)
-class InLayer:
-    """What a layer says, where it lies. SI units."""
-
-    layer: Layer
-    as_half_space: HalfSpace  # pressed as deep
-    at: Vector
-    normal: Vector
+class InLayer(SamePlace):
+    """What a layer says. SI units."""
 
     @property
-    def gap(self) -> float:
-        """What is left between them, m."""
-        return max(-self.layer.depth, 0.0)
+    def layer(self) -> Layer:
+        """It, pressed as deep."""
+        return self.pressed.layer
 
-    @cached_property
+    @property
     def push(self) -> float:
         """The force into the body, N."""
         return self.layer.push
@@ -44,7 +38,7 @@ class InLayer:
         """Of contact, m^2."""
         return self.layer.area
 
-    @cached_property
+    @property
     def largest_pressure(self) -> float:
         """Pa."""
         return self.layer.largest_pressure
@@ -52,9 +46,7 @@ class InLayer:
     @property
     def off(self) -> dict[str, float]:
         """By how much, relative, its force may be off: `depth` and `sides` as of a half-space."""
-        return {name: own for name, own in self.as_half_space.off.items() if name != "thickness"}
-
-    displacement = None
+        return {name: own for name, own in self.pressed.off.items() if name != "thickness"}
 
     @property
     def estimated_error(self) -> float:
@@ -91,9 +83,11 @@ class PressedLayer(Reference):
         """Raises Refused where an assumption is broken, as far as a look tells."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
+        if pressed.kind == "cylinder":
+            raise Refused("what presses is a cylinder", "use `hertz_line(...)`")
         pressed.must_be_wide()
 
     def solve(self, pressed: Pressed) -> InLayer:
         """What it says. Raises Refused where an assumption is broken."""
         self.must_hold(pressed)
-        return InLayer(pressed.layer, pressed.half_space, pressed.at, pressed.normal)
+        return InLayer(pressed.half_space)

@@ -62,17 +62,6 @@ class StoppedBar:
         return self.stiffness * self.longer
 
     @property
-    def normal(self) -> Vector:
-        """Out of the face that meets the plane."""
-        return self.axis
-
-    @property
-    def at(self) -> Vector:
-        """The middle of that face, m."""
-        x, y, z = (r + self.length * a for r, a in zip(self.root, self.axis, strict=True))
-        return x, y, z
-
-    @property
     def area(self) -> float:
         """Of contact, m^2."""
         return self.section if self.push > 0.0 else 0.0

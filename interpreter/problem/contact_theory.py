@@ -11,7 +11,6 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.problem.indenter import indenter
 from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
-from softmark.interpreter.problem.stretches import ends_of
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.reactions import Touch as Touched
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
@@ -21,7 +20,7 @@ from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.half_space import Surroundings
 from softmark.references.pressed import SAID, Pressed
-from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+from softmark.solvers.mesh.shape import cross, dot, moved
 
 NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie
 SAME = 1e-9  # of the body's size, or of a travel: what is less is none
@@ -41,24 +40,22 @@ class Face:
     @property
     def normal(self) -> Vector:
         """Unit vector, out of the body."""
-        sign = 1.0 if self.end else -1.0
-        if isinstance(self.body, Round):
-            return moved(NONE, (sign, self.body.shape.axis))
-        return with_coordinate(NONE, self.way, sign)
+        return self.body.outward(self.way, self.end)
 
     @property
     def middle(self) -> Vector:
         """Its middle, m; of a body of revolution on its axis."""
-        if isinstance(self.body, Round):
-            return moved(self.body.shape.root, (self.end * self.thickness, self.body.shape.axis))
-        corner = self.body.high if self.end else self.body.low
-        centre = with_coordinate(self.body.middle, self.way, corner[self.way])
-        return with_coordinate(centre, 0, 0.0) if self.body.turns else centre
+        return self.body.centre(self.way, self.end)
 
     @property
     def thickness(self) -> float:
         """To the face across, m."""
-        return self.body.shape.length if isinstance(self.body, Round) else self.body.size(self.way)
+        return self.body.size(self.way)
+
+    @property
+    def area(self) -> float:
+        """m^2; all around of a body of revolution."""
+        return self.body.area(self.way)
 
     @property
     def body_turns(self) -> bool:
@@ -74,23 +71,18 @@ class Face:
 
     def taken(self, where: Any) -> set[int]:
         """Which of it (its `end`) and the far face a condition selects, whole and nothing else."""
-        own = self.body
-        return ends_of(where, own.shape) if isinstance(own, Round) else own.taken(where, self.way)
+        return self.body.taken(where, self.way)
 
     def over(self, low: Vector, high: Vector) -> bool:
         """Whether what lies between two corners is above a part of it, by its coordinates along the face."""
-        own_low, own_high = self._limits
+        own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
     def above(self, point: Vector) -> bool:
         """Whether a point lies above it, not beside it."""
-        low, high = self._limits
+        low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
         return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
-
-    @property
-    def _limits(self) -> tuple[Vector, Vector]:
-        return self.body.shape.bounds if isinstance(self.body, Round) else (self.body.low, self.body.high)
 
     def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
         """From a point of it to the nearest side that is no plane of symmetry (direction, end), m."""
@@ -98,7 +90,7 @@ class Face:
             return self.body.shape.radius - math.dist(at, self.middle)
         if self.body.turns:
             return self.body.high[0]
-        low, high = self._limits
+        low, high = self.body.bounds
         sides = [
             (at[c] - low[c], high[c] - at[c])[end] for c in self.across for end in (0, 1) if (c, end) not in mirrors
         ]
@@ -148,14 +140,8 @@ def travel(touch: Touch) -> Vector:
         if thing.turns:
             raise Refused(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
         if isinstance(thing, ByVector):
-            shift = moved(shift, (1.0, by(support.thing)))
+            shift = moved(shift, (1.0, support.thing.imposed))
     return shift
-
-
-def by(thing: Any) -> Vector:
-    """The displacement of what a support moves, m."""
-    x, y, z = (v if c in thing.components else 0.0 for c, v in enumerate(thing.displacement))
-    return x, y, z
 
 
 def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
@@ -256,7 +242,7 @@ def _askew(case: Case, touch: Touch, n: Vector) -> bool:
     """Whether a rigid body is dragged along a face while it goes down: by one support, or by its courses."""
     moving = [s for s in touch.moved if isinstance(in_full(s.thing), ByVector)]
     for support in moving:
-        whole = by(in_full(support.thing))
+        whole = in_full(support.thing).imposed
         down, size = abs(dot(whole, n)), math.hypot(*whole)
         if SAME * size < down < (1.0 - SAME) * size:
             return True
@@ -275,7 +261,7 @@ def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
     total = NONE
     for support in moving:
         full = in_full(support.thing)
-        total = moved(total, (1.0 if full.course is None else full.course.at(t), by(full)))
+        total = moved(total, (1.0 if full.course is None else full.course.at(t), full.imposed))
     down = dot(total, n)
     return down, math.hypot(*moved(total, (-down, n)))
 
@@ -287,33 +273,34 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     """What a theory says of forces: those of the part that the body is. Of planes of symmetry it says nothing."""
     touch, face = face_of(case)
     _, mirrors = far_held(case, face)
-    share = 0.5 ** len(mirrors) if reference.thing.about == "pressed" else 1.0  # a bar is what it is
-    n = theory.normal
+    pressed = reference.thing.about == "pressed"
+    share = 0.5 ** len(mirrors) if pressed else 1.0  # a bar is what it is
+    n, at = face.normal, theory.at if pressed else face.middle
+    unknown = math.nan, math.nan, math.nan
     force = moved(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
     acting = moved(force, (share * getattr(theory, "load", 0.0), n))
-    at = theory.at
-    found = {touch.name: Reaction(force, cross(at, force), at, NONE)}
+    part = share < 1.0  # of what presses: it pushes beside its axis, on one side of the plane
+    found = {touch.name: Reaction(force, unknown if part else cross(at, force), at, unknown if part else NONE)}
     far = moved(face.middle, (-face.thickness, face.normal))
-    unknown = math.nan, math.nan, math.nan
     alone = [s for s in case.named_supports if face.taken(s.thing.where) == {1 - face.end}]
     for support in case.supports:
         if support not in alone:
             found[support.name] = Reaction(unknown, unknown, far, unknown)
             continue
         whole = len(alone) == 1
-        carried: Vector = tuple(  # type: ignore[assignment]
+        x, y, z = (
             -f if whole and c in support.thing.components and (share == 1.0 or abs(n[c]) > 0.5) else
             (0.0 if c not in support.thing.components else math.nan)
             for c, f in enumerate(acting)
         )  # fmt: skip
-        full = not mirrors and whole
+        carried, full = (x, y, z), not mirrors and whole
         own = moved(NONE, (-1.0, cross(moved(at, (-1.0, far)), acting))) if full else unknown
         moment = moved(own, (1.0, cross(far, carried))) if full else unknown
         found[support.name] = Reaction(carried, moment, far, own)
     work = {load.name: None for load in case.loads}
-    pressed = Touched(share * theory.area, theory.largest_pressure, theory.gap)
+    touched = Touched(share * theory.area, theory.largest_pressure, theory.gap)
     return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
-                  touches={touch.name: pressed})  # fmt: skip
+                  touches={touch.name: touched})  # fmt: skip
 
 
 def doubt_of(theory: Any) -> str | None:

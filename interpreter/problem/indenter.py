@@ -10,11 +10,12 @@ from softmark.references.cantilever import Refused, Vector
 from softmark.references.pressed import Kind
 from softmark.solvers.mesh.instruments import Punch, Tip
 from softmark.solvers.mesh.revolved import Cone
-from softmark.solvers.mesh.shape import cross, dot, moved
+from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
 from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
 ALIGNED = 1e-6  # of a direction: how far an axis may lean
+ALONG = "use `cylinder(..., axis = +z)`"
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,16 @@ def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
         if shape.part != "whole":
             raise Refused(f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry")
         if planar == "plane_strain":
-            raise Refused(f"in plane strain `{name}` is cut as a cylinder", "use `cylinder(..., axis = +z)`")
+            raise Refused(f"in plane strain `{name}` is cut as a cylinder", ALONG)
         return Indenter("sphere", shape.radius, moved(shape.origin, (-shape.radius, normal)))
     if isinstance(shape, Cylinder) and planar == "plane_strain":
         if math.hypot(*shape.axis[:2]) > ALIGNED:
-            raise Refused(f"the axis of `{name}` is not along z", "use `cylinder(..., axis = +z)`")
-        return Indenter("cylinder", shape.radius, moved(shape.origin, (-shape.radius, normal)))
+            raise Refused(f"the axis of `{name}` is not along z", ALONG)
+        middle = with_coordinate(shape.origin, 2, 0.0)  # of the slice
+        return Indenter("cylinder", shape.radius, moved(middle, (-shape.radius, normal)))
     if isinstance(shape, Cylinder | Cone | Punch | Tip):
+        if planar == "plane_strain":
+            raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)
         return _upright(name, shape, normal)
     raise Refused(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
 

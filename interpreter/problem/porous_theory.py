@@ -11,7 +11,6 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.relaxing_theory import driven_by
 from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
-from softmark.interpreter.problem.stretches import ends_of
 from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.vocabulary.analyses import Quasistatic
 from softmark.interpreter.vocabulary.courses import in_full
@@ -50,34 +49,22 @@ class Ends:
     @property
     def axis(self) -> Vector:
         """From the held end to the driven one."""
-        sign = -1.0 if self.held else 1.0
-        if isinstance(self.body, Round):
-            return moved((0.0, 0.0, 0.0), (sign, self.body.shape.axis))
-        return with_coordinate((0.0, 0.0, 0.0), self.way, sign)
+        return self.body.outward(self.way, 1 - self.held)
 
     @property
     def root(self) -> Vector:
         """The centre of the held end, m; of a body of revolution on its axis."""
-        if isinstance(self.body, Round):
-            return moved(self.body.shape.root, (self.length if self.held else 0.0, self.body.shape.axis))
-        end = self.body.high if self.held else self.body.low
-        centre = with_coordinate(self.body.middle, self.way, end[self.way])
-        return with_coordinate(centre, 0, 0.0) if self.body.turns else centre
+        return self.body.centre(self.way, self.held)
 
     @property
     def length(self) -> float:
         """Between them, m."""
-        return self.body.shape.length if isinstance(self.body, Round) else self.body.size(self.way)
+        return self.body.size(self.way)
 
     @property
     def area(self) -> float:
         """Of one of them, m^2; all around of a body of revolution."""
-        if isinstance(self.body, Round):
-            return math.pi * self.body.shape.radius**2
-        if self.body.turns:
-            return math.pi * (self.body.high[0] ** 2 - self.body.low[0] ** 2)
-        first, second = (self.body.size(c) for c in range(3) if c != self.way)
-        return first * second
+        return self.body.area(self.way)
 
     @property
     def far(self) -> set[int]:
@@ -86,7 +73,7 @@ class Ends:
 
     def taken(self, where: Any) -> set[int]:
         """Which ends a condition selects, whole and nothing else."""
-        return ends_of(where, self.body.shape) if isinstance(self.body, Round) else self.body.taken(where, self.way)
+        return self.body.taken(where, self.way)
 
 
 def _analysed(case: Case) -> Quasistatic:
@@ -148,8 +135,8 @@ def _vector(declared: Declared) -> Vector:
     """What a support or a load does: displacement, m, of what it moves, or traction, Pa. Raises Refused."""
     thing = in_full(declared.thing)
     if declared.kind == "support":
-        x, y, z = (v if c in thing.components else 0.0 for c, v in enumerate(thing.displacement))
-        return x, y, z
+        moved: Vector = thing.imposed
+        return moved
     if not isinstance(thing.action, PerArea):
         raise Refused(f"the load `{declared.name}` is no traction", DRIVE)
     return thing.action.traction

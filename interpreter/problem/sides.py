@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from softmark.interpreter.language.conditions import Condition
@@ -10,9 +11,10 @@ from softmark.interpreter.problem.stretches import ends_of
 from softmark.records import dataclass
 from softmark.references.cantilever import Refused
 from softmark.solvers.mesh.flat import Quadrilateral, Slice
-from softmark.solvers.mesh.shape import Vector3, with_coordinate
+from softmark.solvers.mesh.shape import Bounds, Vector3, moved, with_coordinate
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
+NONE = (0.0, 0.0, 0.0)
 SAME = 1e-9  # of its size: how far a side may be from straight along x or y
 BESIDE = 1e-4  # of its radius: what is nearer to a plane through the axis is on it
 ANGLES = ((1.0, 0.0), (0.8, 0.6), (0.28, 0.96), (0.0, 1.0), (-0.6, 0.8), (-1.0, 0.0), (-0.96, -0.28), (0.6, -0.8))
@@ -39,9 +41,30 @@ class Rectangular:
     flat: bool = False  # held in its plane, z = 0
     turns: bool = False
 
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        return self.low, self.high
+
     def size(self, axis: int) -> float:
         """Its extent along x, y or z, m."""
         return self.high[axis] - self.low[axis]
+
+    def area(self, axis: int) -> float:
+        """Of a face across an axis, m^2; all around of a body of revolution."""
+        if self.turns:
+            return math.pi * (self.high[0] ** 2 - self.low[0] ** 2)
+        first, second = (self.size(c) for c in range(3) if c != axis)
+        return first * second
+
+    def outward(self, axis: int, end: int) -> Vector3:
+        """The unit vector out of a face across an axis, 0 the low one."""
+        return with_coordinate(NONE, axis, 1.0 if end else -1.0)
+
+    def centre(self, axis: int, end: int) -> Vector3:
+        """The middle of such a face, m; of a body of revolution on its axis."""
+        found = with_coordinate(self.middle, axis, self.bounds[end][axis])
+        return with_coordinate(found, 0, 0.0) if self.turns else found
 
     @property
     def middle(self) -> Vector3:
@@ -61,9 +84,34 @@ class Rectangular:
 
 @dataclass(frozen=True)
 class Round:
-    """A cylinder, whole."""
+    """A cylinder, whole. Its faces are its two ends, whichever axis is asked for."""
 
     shape: Cylinder
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        return self.shape.bounds
+
+    def size(self, axis: int) -> float:
+        """Its length, m."""
+        return self.shape.length
+
+    def area(self, axis: int) -> float:
+        """Of an end, m^2."""
+        return math.pi * self.shape.radius**2
+
+    def outward(self, axis: int, end: int) -> Vector3:
+        """The unit vector out of an end, 0 the root."""
+        return moved(NONE, (1.0 if end else -1.0, self.shape.axis))
+
+    def centre(self, axis: int, end: int) -> Vector3:
+        """The middle of an end, m."""
+        return moved(self.shape.root, (end * self.shape.length, self.shape.axis))
+
+    def taken(self, condition: Condition, axis: int) -> set[int]:
+        """Which of its ends a condition selects."""
+        return ends_of(condition, self.shape)
 
     def around(self, condition: Condition) -> bool:
         """Whether a condition is about the distance from the axis alone, and selects the side and nothing within."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.contact_theory import FAR, SAME, Face, face_of, far_held, travel
-from softmark.interpreter.problem.sides import Rectangular, Round
+from softmark.interpreter.problem.sides import Rectangular
 from softmark.interpreter.vocabulary.loads import PerArea
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.signorini import StoppedBar
@@ -35,7 +35,7 @@ def bar_of(case: Case) -> StoppedBar:
     if case.planar == "plane_strain":
         young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
     x, y, z = (c in face.across or not case.planar for c in range(3))
-    return StoppedBar(face.thickness, _area(case, face), young, narrowing, gap, _load(case, face), _root(face, mirrors),
+    return StoppedBar(face.thickness, face.area, young, narrowing, gap, _load(case, face), _root(face, mirrors),
                       n, (x, y, z))  # fmt: skip
 
 
@@ -49,7 +49,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
     if not isinstance(shape, Box):
         raise Refused(f"`{name}` is no plane", PLANE)
     low, high = shape.bounds
-    own_low, own_high = face.body.shape.bounds if isinstance(face.body, Round) else (face.body.low, face.body.high)
+    own_low, own_high = face.body.bounds
     flat = isinstance(face.body, Rectangular) and face.body.flat
     if any(low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.body_turns)):
         raise Refused(f"`{name}` does not cover the end", PLANE)
@@ -58,16 +58,6 @@ def _height(name: str, shape: Any, face: Face) -> float:
         raise Refused(f"`{name}` is not across the bar", PLANE)
     near = low if n[way] > 0.0 else high
     return (near[way] - face.middle[way]) * n[way]
-
-
-def _area(case: Case, face: Face) -> float:
-    """Of the face, m^2: all around of a body of revolution."""
-    if isinstance(face.body, Round):
-        return math.pi * face.body.shape.radius**2
-    if face.body_turns:
-        return math.pi * (face.body.high[0] ** 2 - face.body.low[0] ** 2)
-    first, second = (face.body.size(c) for c in range(3) if c != face.way)
-    return first * second
 
 
 def _load(case: Case, face: Face) -> float:
@@ -81,7 +71,7 @@ def _load(case: Case, face: Face) -> float:
     along = float(dot(action.traction, face.normal))
     if math.hypot(*moved(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
         raise Refused(f"the load `{load.name}` does not act along the bar", LOADS)
-    return along * _area(case, face)
+    return along * face.area
 
 
 def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:

@@ -29,6 +29,7 @@ class Support:
 
     moves = False  # it imposes a motion
     course: Any = None  # how it moves in a dynamic analysis, or from state to state
+    components: tuple[int, ...]  # directions of x, y and z in which it holds
 
     @property
     def tracked(self) -> str | None:
@@ -39,6 +40,12 @@ class Support:
     def displacement(self) -> Vector3:
         """That it imposes at full load on all that it moves alike, m."""
         return (0.0, 0.0, 0.0)
+
+    @property
+    def imposed(self) -> Vector3:
+        """The same without the directions that it leaves free, m."""
+        x, y, z = (v if c in self.components else 0.0 for c, v in enumerate(self.displacement))
+        return x, y, z
 
     @property
     def rotation(self) -> Vector3:
@@ -68,7 +75,6 @@ class Holding(Support):
     """One that holds `components` of all points `where` it selects them, and moves them by its `displacement`."""
 
     where: Any
-    components: tuple[int, ...]
 
 
 class ByVector(Support):

@@ -13,9 +13,8 @@ import argparse
 from typing import Any
 
 import numpy as np
-from indentation_section import HEIGHT, LAM, MU, WIDTH, graded
+from indentation_section import HEIGHT, LAM, MU, WIDTH, graded, symmetric
 from scipy import sparse
-from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex2, ElementVector, FacetBasis, MeshHex
 
 ACROSS, EVEN = 2.0, 6.0  # mm: radius of the pressure, and as far as both meshes are the same
@@ -62,8 +61,7 @@ def sinking(mesh: MeshHex) -> tuple[float, int]:
     held = [basis.get_dofs(lambda x, a=a: x[a] < 1e-9).all(list(names)) for a, names in planes]
     free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
     K, f, u = stiffness(basis)[free][:, free], pressure(mesh), np.zeros(basis.N)
-    options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-    u[free] = splu(K, **options).solve(f[free])
+    u[free] = symmetric(K).solve(f[free])
     return float(f @ u / f.sum() ** 2) / 4.0, len(free)
 
 

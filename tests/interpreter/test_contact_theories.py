@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from told import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.case import case_of
@@ -50,6 +51,7 @@ model    quads = fem(quad8, strain = small, size = 5 m)
 reference told = hertz_line(block)
 metric   push  = force(touch, along = -y, against = told)
 """
+ROLL = "cylinder(radius = 8 m, length = 10 m, axis = +z, origin = (40, 28.02, -5) m)"
 BAR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)
 body     block = solid(box(size = (100, 20, 10) mm), gel)
@@ -65,28 +67,9 @@ metric   push  = force(touch, along = +x, against = told)
 """
 
 
-def case(text: str):
-    scene = softmark.loads("softmark 1\n" + text).scene
-    return scene.declared["told"], case_of(scene, "block")
-
-
-def problem(text: str):
-    """What the reference of a scene is solved for."""
-    return problem_of(*case(text))
-
-
 def answer(text: str):
     """What it says."""
     return solved(*case(text))
-
-
-def refused(text: str) -> str:
-    """Why it does not hold for a scene."""
-    with pytest.raises(softmark.SceneError) as failure:
-        softmark.loads("softmark 1\n" + text)
-    said = [d for d in failure.value.diagnostics if d.code == "E503"]
-    assert len(said) == 1, failure.value
-    return said[0].message
 
 
 def test_a_sphere_above_a_block() -> None:
@@ -166,6 +149,7 @@ def test_a_quarter_carries_a_quarter() -> None:
     assert rest.reactions["base"].force[2] == pytest.approx(16.38145e-3 / 4, rel=1e-6)
     assert math.isnan(rest.reactions["left"].force[0])
     assert rest.touches["touch"].area == pytest.approx(math.pi * 5e-6 / 4, rel=1e-12)
+    assert all(math.isnan(m) for m in (*rest.reactions["touch"].moment, *rest.reactions["touch"].own_moment))
     assert "axis of what presses" in refused(text.replace("origin = (1, 2, 10.1)", "origin = (1.1, 2, 10.1)"))
 
 
@@ -215,6 +199,7 @@ def test_a_cylinder_on_a_strip() -> None:
     assert (found.strip.depth, found.strip.thickness, found.slice) == pytest.approx((0.1, 20.0, 2.0))
     assert found.radius == pytest.approx(half_width(0.5 * found.push, 8.0, 200.0 / 0.91), rel=1e-12)
     assert "knows" not in str(found.off)
+    assert found.at == pytest.approx((40.0, 20.0, 0.0))
     lost = STRIP + "probe top = point(block, at = (40, 20, 0) m)\nmetric miss = tip_error(top, against = told)\n"
     with pytest.raises(softmark.SceneError, match="a theory of forces alone"):
         softmark.loads("softmark 1\n" + lost)
@@ -240,7 +225,10 @@ def test_a_sphere_that_is_dragged() -> None:
 
 
 def test_a_bar_that_a_wall_stops() -> None:
-    """E A = 2 N, gap 1 mm: free, 0.04 N would make it 2 mm longer; the wall carries 0.02 N. Across, 1/4 of 1 %."""
+    """E A = 2 N, gap 1 mm: free, 0.04 N would make it 2 mm longer; the wall carries 0.02 N. Across, 1/4 of 1 %.
+
+    It pushes on the middle of the end, at (100, 10, 5) mm, wherever the planes of symmetry are.
+    """
     reference, own = case(BAR)
     found = solved(reference, own)
     assert (found.longer, found.push) == pytest.approx((1e-3, 0.02), rel=1e-9)
@@ -249,6 +237,7 @@ def test_a_bar_that_a_wall_stops() -> None:
     assert rest is not None
     assert rest.reactions["touch"].force == pytest.approx((-0.02, 0.0, 0.0))
     assert rest.reactions["base"].force == pytest.approx((-0.02, 0.0, 0.0))
+    assert rest.reactions["touch"].moment == pytest.approx((0.0, -1e-4, 2e-4), abs=1e-15)
     box = "box(size = (9, 90, 90) mm, origin = (101, -9, -9) mm)"
     wall = BAR.replace("load     pull", "#").replace("half_space(origin = (101, 0, 0) mm, normal = (-1, 0, 0))", box)
     wall += "support hand = displaced(wall, by = (-3, 0, 0) mm)\n"
@@ -276,6 +265,11 @@ def test_a_bar_that_a_wall_stops() -> None:
          "moves `block`"),
         (TURNED, ("origin = (0, 30, 0)", "origin = (1, 30, 0)"), "not on the axis"),
         (TURNED, ("(80, 0, 0) mm, third = (80, 20, 0)", "(3, 0, 0) mm, third = (3, 20, 0)"), "nearest free side"),
+        (STRIP, ("hertz_line", "pressed_layer"), "presses is a cylinder"),
+        (STRIP, (ROLL, "cone(length = 10 m, radius = 9 m, axis = -y, origin = (40, 30.02, 0) m)"),
+         "cut along its axis"),
+        (STRIP, (ROLL, "tip(angle = 90 deg, rounding = 1 m, length = 9 m, axis = +y, origin = (40, 20.02, 0) m)"),
+         "cut along its axis"),
         (DRAGGED, ("by = (0, 0, -0.6)", "by = (0.1, 0, -0.6)"), "dragged while"),
         (BAR, ("components = x)\nsupport  side", ")\nsupport  side"), "cannot grow narrower"),
         (BAR, ("vector = (200, 0, 0) Pa", "vector = (200, 9, 0) Pa"), "does not act along the bar"),
@@ -295,11 +289,13 @@ def test_a_model_is_held_against_it() -> None:
     and 1e-5 of the size of the body of the displacement."""
     text = BAR + "probe end = point(block, at = (100, 20, 10) mm)\n"
     text += "metric miss = tip_error(end, against = told)\n"
+    text += "metric turn = moment(touch, along = +z, about = (0, 0, 0) mm, against = told)\n"
     report = softmark.loads("softmark 1\n" + text).run()
     found = report.models["tets"]
     assert found.status == "converged"
     assert found.metrics["push"].value < 2e-3
     assert found.metrics["miss"].value < 2e-6
+    assert found.metrics["turn"].value < 2e-3
     assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
 
 

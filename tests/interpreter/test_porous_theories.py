@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
+from told import problem, refused
 
 import softmark
 from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.theories import at_rest_of, problem_of, solved
+from softmark.interpreter.problem.theories import at_rest_of, solved
 
 BOX = """
 material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density = 1000 kg/m^3),
@@ -57,21 +58,6 @@ model    tets  = fem(tet10, strain = small, size = 1 mm)
 reference told = unconfined(plug)
 metric   far   = force(press, along = +z, against = told)
 """
-
-
-def problem(text: str):
-    """What the reference of a scene is solved for."""
-    scene = softmark.loads("softmark 1\n" + text).scene
-    return problem_of(scene.declared["told"], case_of(scene, "plug"))
-
-
-def refused(text: str) -> str:
-    """Why it does not hold for a scene."""
-    with pytest.raises(softmark.SceneError) as failure:
-        softmark.loads("softmark 1\n" + text)
-    said = [d for d in failure.value.diagnostics if d.code == "E503"]
-    assert len(said) == 1, failure.value
-    return said[0].message
 
 
 def test_a_column_of_a_box() -> None:

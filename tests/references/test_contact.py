@@ -175,7 +175,7 @@ def test_a_strip_that_a_cylinder_presses() -> None:
     assert 2.0 * 35.0 / (math.pi * a) == pytest.approx(17.494776, abs=6e-7)
     strip = Strip(8.0, 0.1, 200.0, 0.3, 2000.0, True)
     assert strip.half == pytest.approx(half_width(strip.force, 8.0, modulus), rel=1e-6)
-    found = LineContact(strip, 2.0, ORIGIN, UP, Surroundings(2000.0, 4000.0))
+    found = LineContact(strip, 2.0, ORIGIN, Surroundings(2000.0, 4000.0))
     assert found.push == pytest.approx(2.0 * strip.force, rel=1e-14)
     assert found.area == pytest.approx(4.0 * strip.half, rel=1e-6)
     assert found.largest_pressure == pytest.approx(float(strip.pressure(np.zeros(1))[0]), rel=1e-6)

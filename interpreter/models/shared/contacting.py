@@ -52,8 +52,7 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
     """Where supports have taken a rigid body at a share of the load; None where it is declared."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     for support in touch.moved:
-        held = np.isin(np.arange(3), support.thing.components)
-        shift = shift + share * np.array(support.thing.displacement) * held
+        shift = shift + share * np.array(support.thing.imposed)
         if support.thing.turns:
             rotation, about = share * np.array(support.thing.rotation), np.array(support.thing.through)
     if not (shift.any() or rotation.any()):
