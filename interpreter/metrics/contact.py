@@ -107,7 +107,9 @@ class ContactPressure(OfContact):
 
 @dataclass(frozen=True)
 class ContactGap(OfContact):
-    """Least distance between the nodes of a body's surface and a rigid body: never zero or less.
+    """Least distance between the points of a body's surface that keep clear and a rigid body: never zero or less.
+
+    They are its nodes, and in space, without friction, points inside facets longer than the rigid body is sharp.
 
     Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
     property of the bodies, but a part of the stated error of all else.
