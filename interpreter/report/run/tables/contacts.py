@@ -14,7 +14,8 @@ from softmark.interpreter.results.report import Report
 
 LEAD = (
     "What every contact does to the body that deforms{}, the area that is pressed, the largest pressure there, and the "
-    "least gap of its nodes. Area and pressure are those of the body as it is deformed."
+    "least gap of its nodes, and of points inside facets where these keep clear as well. Area and pressure are those "
+    "of the body as it is deformed."
 )
 HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
 NOTHING = "\N{EN DASH}"
