@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
@@ -80,7 +81,7 @@ def _apart(contact: Declared, first: Declared, second: Declared) -> Iterator[Dia
     off = (x * x + z * z) ** 0.5
     if second.thing.planar == "axisymmetric" and off > ON_AXIS * shape.diagonal:
         yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
-                         f" does: its middle is {1e3 * off:.3g} mm from it", "beside the axis",
+                         f" does: its middle is {units.show(off, units.LENGTH)} from it", "beside the axis",
                          "put it on the y axis, or press a `solid`")  # fmt: skip
     elif shape.contains((x, y, z)) and _holds(second.thing.shape, (x, y, z)):
         yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "
