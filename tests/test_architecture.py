@@ -285,6 +285,15 @@ def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
     assert not found & {"trimesh", "skimage", "softmark.solvers.energies.springs"}
 
 
+def test_a_scene_without_contact_imports_nothing_of_contact(tmp_path: Path) -> None:
+    """Neither what keeps surfaces clear, nor what looks at that again."""
+    found = after("run", "uniaxial-stretch", cwd=tmp_path)
+    shared = {f"softmark.interpreter.models.shared.{name}" for name in ("contacting", "pairing", "rubbing", "touched")}
+    checks = {f"softmark.interpreter.evidence.{name}" for name in ("contact_check", "contact_error", "pair_check")}
+    assert not found & (shared | checks)
+    assert not {m for m in found if m.startswith(("softmark.solvers.contact", "softmark.solvers.checks.touching"))}
+
+
 def test_the_names_of_the_lists_import_no_vocabulary() -> None:
     found = after("list")
     rooms = ("interpreter.vocabulary", "interpreter.models", "interpreter.metrics", "references", "solvers")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.evidence.held import held
+from softmark.interpreter.evidence.held import held, motion
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
@@ -85,7 +85,7 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
 
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
-    barrier = barrier.stiffer(getattr(mesh, "stiffer", 1.0))
+    barrier = barrier.stiffer(mesh.stiffer)
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
     if not (case.planar or touch.thing.friction):
         parts = finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles])
@@ -130,8 +130,6 @@ def _of_points(
 
 def _still(case: Case, mesh: Moved) -> Ints:
     """Nodes that supports hold in every way: these neither press nor give way."""
-    from softmark.interpreter.evidence.held import held
-
     found: Ints = np.flatnonzero(held(case, mesh).all(axis=1))
     return found
 
@@ -169,14 +167,7 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
 
 def _where(touch: Touch) -> touching.Distance:
     """The distance to a rigid body where supports have taken it: turned, and then shifted. Raises Unchecked."""
-    distance = _distance(touch.rigid.thing.shape)
-    shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
-    for support in (moved.thing for moved in touch.moved):
-        for c in support.components:
-            shift[c] += support.displacement[c]
-        if support.turns:
-            rotation, through = np.array(support.rotation), np.array(support.through)
-    return touching.carried(distance, shift, rotation, through)
+    return touching.carried(_distance(touch.rigid.thing.shape), *motion(touch))
 
 
 def _distance(shape: Shape) -> touching.Distance:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from softmark.interpreter.evidence.held import motion
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.solvers.checks import rubbing
 
@@ -24,14 +23,3 @@ def rubbed(touch: Touch, mesh: Moved, x: Floats, n: Floats, p: Floats, spring: f
     if flat:
         held = held * (1.0, 1.0, 0.0)
     return rubbing.traction(x, held, n, touch.thing.friction * p, spring)
-
-
-def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
-    """How supports have moved a rigid body: its shift, m, its turn, rad, and the point that this is around, m."""
-    shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
-    for support in (moved.thing for moved in touch.moved):
-        for c in support.components:
-            shift[c] += support.displacement[c]
-        if support.turns:
-            rotation, through = np.array(support.rotation), np.array(support.through)
-    return shift, rotation, through

@@ -1,4 +1,4 @@
-"""Which degrees of freedom supports hold, found once more for the watchdog."""
+"""What supports hold, and how they move rigid bodies, found once more for the watchdog."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.materials import INWARD
 from softmark.interpreter.models.shared.prepared import Moved
-from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
+
+Floats = NDArray[np.float64]
 
 
 def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
@@ -35,3 +37,14 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
         for c in support.thing.components:
             found[:, c] |= where
     return found
+
+
+def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
+    """How supports have moved a rigid body: its shift, m, its turn, rad, and the point that this is around, m."""
+    shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
+    for support in (moved.thing for moved in touch.moved):
+        for c in support.components:
+            shift[c] += support.displacement[c]
+        if support.turns:
+            rotation, through = np.array(support.rotation), np.array(support.through)
+    return shift, rotation, through

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
@@ -47,15 +48,16 @@ def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """That it has one rigid body and one that deforms, and that there is a distance between them."""
     first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
     if not rigid(first):
-        what = "two rigid bodies" if rigid(second) else "itself" if first is second else "a body that deforms"
+        label = "itself, where a rigid one is due" if first is second else "not rigid"
         if rigid(second):
             help = f"the rigid body comes first: `between({second.name}, {first.name})`"
+        elif first is second:
+            help = f"touch a rigid body: `body plate = rigid(...)`, or keep it clear of itself: `itself({first.name})`"
         else:
-            help = f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material"
-            help = "touch a rigid body: `body plate = rigid(...)`" if first is second else help
+            help = (f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material;"
+                    " two that deform are one body, `solid(apart(...), ...)`, with `itself(...)`")  # fmt: skip
         yield diagnostic("E652", contact.at("rigid"), f"`{first.name}` deforms, and `between(...)` takes a rigid body "
-                         "first", f"{what}, where a rigid one is due" if first is second else "not rigid",
-                         help)  # fmt: skip
+                         "first", label, help)  # fmt: skip
     elif rigid(second):
         problem = "`between(...)` takes a body that deforms second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
@@ -80,7 +82,7 @@ def _apart(contact: Declared, first: Declared, second: Declared) -> Iterator[Dia
     off = (x * x + z * z) ** 0.5
     if second.thing.planar == "axisymmetric" and off > ON_AXIS * shape.diagonal:
         yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
-                         f" does: its middle is {1e3 * off:.3g} mm from it", "beside the axis",
+                         f" does: its middle is {units.show(off, units.LENGTH)} from it", "beside the axis",
                          "put it on the y axis, or press a `solid`")  # fmt: skip
     elif shape.contains((x, y, z)) and _holds(second.thing.shape, (x, y, z)):
         yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "

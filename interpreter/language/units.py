@@ -22,6 +22,7 @@ MASS: Dimension = (0, 1, 0, 0, 0)
 TIME: Dimension = (0, 0, 1, 0, 0)
 TEMPERATURE: Dimension = (0, 0, 0, 1, 0)
 ANGLE: Dimension = (0, 0, 0, 0, 1)
+AREA: Dimension = (2, 0, 0, 0, 0)
 FORCE: Dimension = (1, 1, -2, 0, 0)
 PRESSURE: Dimension = (-1, 1, -2, 0, 0)
 ENERGY: Dimension = (2, 1, -2, 0, 0)
@@ -79,7 +80,7 @@ NAMES: dict[Dimension, tuple[str, str]] = {
     TIME: ("a time", "s or ms"),
     TEMPERATURE: ("a temperature", "K"),
     ANGLE: ("an angle", "deg or rad"),
-    (2, 0, 0, 0, 0): ("an area", "m^2 or mm^2"),
+    AREA: ("an area", "m^2 or mm^2"),
     (3, 0, 0, 0, 0): ("a volume", "m^3 or mm^3"),
     (1, 0, -1, 0, 0): ("a velocity", "m/s or mm/s"),
     (1, 0, -2, 0, 0): ("an acceleration", "m/s^2"),
@@ -334,6 +335,7 @@ def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
 
 _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
     LENGTH: ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    AREA: ((1.0, "m^2"), (1e-6, "mm^2")),
     PRESSURE: ((1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     TIME: ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
     FORCE: ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN")),

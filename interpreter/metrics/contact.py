@@ -34,6 +34,13 @@ class OfContact(OfForces):
             raise Undefined(f"nothing is known of `{self.of}` here but its force")
         return rest.touches[self.of]
 
+    def size(self, value: Floats) -> float:
+        """Of what is asked, which comes first."""
+        return abs(self._along(value))
+
+    def _along(self, value: Floats) -> float:
+        return float(value.flat[0])
+
 
 @dataclass(frozen=True)
 class ContactArea(OfContact):
@@ -89,17 +96,6 @@ class ContactPressure(OfContact):
             raise Undefined(f"`at` is not on the part of the surface that `{self.of}` is about, before deformation")
         return found
 
-    def size(self, value: Floats) -> float:
-        """Of that which is asked."""
-        return abs(float(value[0]))
-
-    def _along(self, value: Floats) -> float:
-        return float(value[0])
-
-    def distance(self, rest: AtRest, right: AtRest) -> float:
-        """Of the same points, Pa; of the largest, at the place where each has it."""
-        return abs(float(self.amount(rest)[0] - self.amount(right)[0]))
-
     def acting(self, rest: AtRest) -> float:
         """The largest pressure of all contacts, Pa."""
         return max(touch.pressure for touch in rest.touches.values())
@@ -111,7 +107,9 @@ class ContactPressure(OfContact):
 
 @dataclass(frozen=True)
 class ContactGap(OfContact):
-    """Least distance between the nodes of a body's surface and a rigid body: never zero or less.
+    """Least distance between the points of a body's surface that keep clear and a rigid body: never zero or less.
+
+    They are its nodes, and in space, without friction, points inside facets longer than the rigid body is sharp.
 
     Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
     property of the bodies, but a part of the stated error of all else.
@@ -127,13 +125,6 @@ class ContactGap(OfContact):
         """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""
         touch = self.touch(rest)
         return np.array([touch.gap, touch.left])
-
-    def size(self, value: Floats) -> float:
-        """Of the least."""
-        return abs(float(value[0]))
-
-    def _along(self, value: Floats) -> float:
-        return float(value[0])
 
     def acting(self, rest: AtRest) -> float:
         """The largest displacement, m."""

@@ -18,7 +18,7 @@ else:
 
 @dataclass(frozen=True)
 class Force(OfForces):
-    """Force of a support on the body at rest, along a direction: what pulls, presses or holds it.
+    """Force of a support or a contact on the body at rest, along a direction: what pulls, presses or holds it.
 
     The sum of internal less applied forces over what the support holds, found again by other formulas and balanced with
     all loads to 1e-8 (`checks` of the report). What two supports both hold counts as that of the first in the scene;
@@ -35,7 +35,7 @@ class Force(OfForces):
 
     @property
     def concerned(self) -> str:
-        """The support."""
+        """The support or contact."""
         return self.of
 
     @property

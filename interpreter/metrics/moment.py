@@ -20,7 +20,7 @@ Vector3 = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Moment(OfForces):
-    """Moment of a support on the body at rest, about an axis through a point: a torque, or what a clamp resists.
+    """Moment of a support or a contact on the body at rest, about an axis: a torque, or what a clamp resists.
 
     Forces act where their points came to lie; in a model of small strain where they were. Without `about` the point is
     the middle of what is held, there where it came to lie: of its volume, or where no cell is held whole, of its area
@@ -38,7 +38,7 @@ class Moment(OfForces):
 
     @property
     def concerned(self) -> str:
-        """The support."""
+        """The support or contact."""
         return self.of
 
     @property

@@ -105,7 +105,8 @@ def test_what_is_shown_reads_as_the_value(value: float, dimension: units.Dimensi
      (1070.0, "kg/m^3", "1070 kg/m^3"),
      (-0.02, "m", "-20 mm"), (math.pi / 6, "rad", "30 deg"), (0.05, "1", "0.05"), (2e12, "Pa", "2 TPa"),
      (6.4e-15, "m", "6.4e-15 m"), (4e-12, "m", "0.004 nm"), (1e21, "Pa", "1e+21 Pa"), (50442.6, "m", "50.4426 km"),
-     (2e-11, "N", "2e-11 N"), (0.0, "rad", "0 rad"), (1e-9, "rad", "1e-09 rad")],
+     (2e-11, "N", "2e-11 N"), (0.0, "rad", "0 rad"), (1e-9, "rad", "1e-09 rad"),
+     (8.8234e-6, "m^2", "8.8234 mm^2"), (2.0, "m^2", "2 m^2"), (1e-15, "m^2", "1e-15 m^2")],
 )  # fmt: skip
 def test_show(value: float, unit: str, shown: str) -> None:
     assert units.show(value, parse(unit).dimension) == shown

@@ -200,6 +200,7 @@ class Recovered(Meshed):
     left: Floats | None = None
     beside: Mapping[str, Any] = field(default_factory=dict)
     rubbed: Mapping[str, Any] = field(default_factory=dict)
+    stiffer: float = 1.0
 
     @cached_property
     def displacement(self) -> Floats:

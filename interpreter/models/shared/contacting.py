@@ -63,9 +63,8 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
     """As thin as the size of the body asks, and as stiff as it is."""
-    young = max(2.0 * m.shear_modulus * (1.0 + m.poisson) for m in case.typical)
     distance = touch.thing.distance or THIN * mesh.extent
-    return Barrier(distance, BEARS * float(young))
+    return Barrier(distance, BEARS * case.largest_young)
 
 
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:

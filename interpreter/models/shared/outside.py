@@ -70,12 +70,16 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
 def as_stiff(
     contacts: Mapping[str, Touching], assembly: Assembly, factor: float
 ) -> tuple[Mapping[str, Touching], Assembly]:
-    """Contacts, which are the last of the loads, and the assembly, with barriers so many times as stiff."""
+    """Contacts, and the assembly, with barriers so many times as stiff."""
     if factor == 1.0 or not contacts:
         return contacts, assembly
     stiffer = {name: contact.stiffer(factor) for name, contact in contacts.items()}
-    loads = [*assembly.loads[: -len(stiffer)], *stiffer.values()]
-    return stiffer, assembly.acting(assembly.internal, loads)
+    return stiffer, _acting(assembly, stiffer)
+
+
+def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
+    """The assembly with these contacts in place of its own, which are the last of the loads."""
+    return assembly.acting(assembly.internal, [*assembly.loads[: -len(contacts)], *contacts.values()])
 
 
 def resumed(made: Solid, before: Moved) -> Solid:
@@ -88,9 +92,8 @@ def resumed(made: Solid, before: Moved) -> Solid:
         from softmark.interpreter.models.shared import rubbing
 
         known, contacts = replace(known, rubbed=before.rubbed), rubbing.resumed(contacts, before.rubbed)
-    loads = [*known.problem.assembly.loads[: -len(contacts)], *contacts.values()]
-    assembly = known.problem.assembly.acting(known.problem.assembly.internal, loads)
-    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly), contacts=contacts)
+    problem = replace(known.problem, assembly=_acting(known.problem.assembly, contacts))
+    found: Solid = replace(known, problem=problem, contacts=contacts)
     return found
 
 

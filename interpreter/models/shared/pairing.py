@@ -40,18 +40,13 @@ def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     thickness = _thickness(case, mesh, skin)
     usual = THIN * mesh.extent
     asked = said.distance or usual
-    stiffness = said.stiffness or SOFT * young(case)
+    stiffness = said.stiffness or SOFT * case.largest_young
     told = others(mesh)
     made = Colliding(skin, asked, stiffness, several, thickness, told)
     left = _gap(pair, made, mesh)
     if said.distance is None and left < usual:
         made = Colliding(skin, left, stiffness, several, thickness, told)
     return made
-
-
-def young(case: Case) -> float:
-    """The largest Young's modulus of what a body is made of, Pa."""
-    return float(max(2.0 * m.shear_modulus * (1.0 + m.poisson) for m in case.typical))
 
 
 def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
@@ -94,7 +89,7 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
     said, of = pair.thing, pieces_of(mesh)
     which = _facets(case, pair, mesh)
     piece = of[mesh.facets[which, 0]]
-    stiffness = said.stiffness or STIFF * young(case) / mesh.extent
+    stiffness = said.stiffness or STIFF * case.largest_young / mesh.extent
     reach = said.reach or REACH * mesh.extent
     each = [tied(mesh, which[piece == a], which[piece > a], stiffness, reach, case.depth) for a in range(int(of.max()))]
     each = [made for made in each if len(made.nodes)]

@@ -81,6 +81,10 @@ class Moved(Protocol):
     def beside(self) -> Mapping[str, Gap]:
         """Rigid bodies where they are, by the name of the contact."""
 
+    @property
+    def stiffer(self) -> float:
+        """How many times as stiff as they were begun with barriers before rigid bodies are."""
+
 
 @dataclass(frozen=True)
 class Solution:

@@ -65,4 +65,4 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
 
 def resumed(contacts: Mapping[str, Touching], past: Past) -> dict[str, Touching]:
     """Contacts that go on from where a state has left their anchors."""
-    return {n: replace(c, anchors=past[n].anchors) if n in past else c for n, c in contacts.items()}  # type: ignore[call-arg]
+    return {n: replace(c, anchors=past[n].anchors) if isinstance(c, Rubbing) else c for n, c in contacts.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from softmark.interpreter.language import units
+from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
@@ -13,12 +14,13 @@ from softmark.interpreter.results.report import Report
 
 LEAD = (
     "What every contact does to the body that deforms{}, the area that is pressed, the largest pressure there, and the "
-    "least gap of its nodes. Area and pressure are those of the body as it is deformed."
+    "least gap of its nodes, and of points inside facets where these keep clear as well. Area and pressure are those "
+    "of the body as it is deformed."
 )
 HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
 NOTHING = "\N{EN DASH}"
 ROUNDING = 1e-8  # of the largest component
-SQUARE_MM = 1e-6  # m^2
+DIGITS = 4  # of an area
 
 
 def section_of(findings: Findings) -> str:
@@ -31,25 +33,24 @@ def section_of(findings: Findings) -> str:
 
 def _row(contact: str, model: str, own: Touched) -> str:
     touch = own.touch
-    said = NOTHING
-    if own.overlap:
-        said = f"facets cut in by up to {units.show(own.overlap, units.LENGTH)} between their nodes"
+    said = []
     if touch.left:
-        left = f"a gap of {units.show(touch.left, units.LENGTH)} is left where it presses"
-        said = left if said == NOTHING else f"{left}; {said}"
+        said.append(f"a gap of {units.show(touch.left, units.LENGTH)} is left where it presses")
+    if own.overlap:
+        said.append(f"facets cut in by up to {units.show(own.overlap, units.LENGTH)} between their nodes")
     cells = (
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
-        square_mm(touch.area),
+        _area(touch.area),
         units.show(touch.pressure, units.PRESSURE),
         units.show(touch.gap, units.LENGTH),
     )
     return tag("tr", *(row_head(contact), tag("td", tag("code", text(model)))), *(tag("td", text(c)) for c in cells),
-               tag("td", prose(said)))  # fmt: skip
+               tag("td", prose("; ".join(said) or NOTHING)))  # fmt: skip
 
 
-def square_mm(area: float) -> str:
-    """In mm^2, to four digits."""
-    return f"{area / SQUARE_MM:.4g} mm\N{SUPERSCRIPT TWO}"
+def _area(area: float) -> str:
+    """To four digits."""
+    return units.show(rounded(area, DIGITS), units.AREA)
 
 
 def lines(report: Report) -> Iterator[str]:
@@ -61,4 +62,4 @@ def lines(report: Report) -> Iterator[str]:
                 continue
             force = units.show(sum(c * c for c in own.reaction.force) ** 0.5, units.FORCE)
             most = units.show(own.touch.pressure, units.PRESSURE)
-            yield f"{contact} presses with {force} on {square_mm(own.touch.area)}, {most} at most, in {model}"
+            yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"
