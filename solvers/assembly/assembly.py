@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.assembly.patterns import others, prepare
-from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
 
 
 class Assembly:
@@ -82,11 +82,11 @@ class Assembly:
                 energy.add_hessian(x, data, slots, scale, projected)
         K = self.pattern.matrix(data)
         for energy, scale in self._scaled(load):
-            if energy.wandering:
-                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).tocsr()  # type: ignore[attr-defined]
+            if isinstance(energy, Wandering):
+                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).tocsr()
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of an increment d (dofs,), at most 1, that can be gone before bodies would meet."""
-        each = (e for e in (*self.internal, *self.loads) if e.wandering)
-        return min((e.limit(x, d) for e in each), default=1.0)  # type: ignore[attr-defined]
+        each = (e for e in (*self.internal, *self.loads) if isinstance(e, Wandering))
+        return min((e.limit(x, d) for e in each), default=1.0)
