@@ -31,6 +31,7 @@ class Assembly:
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
         self.saddle = any(e.saddle for e in self.internal)
         self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
+        self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:
         """The same loads and the same pattern, for other energies on the same stencils."""
@@ -55,9 +56,16 @@ class Assembly:
         return [(e, 1.0) for e in self.internal] + self.loaded(load)
 
     def loaded(self, load: float) -> list[tuple[Energy, float]]:
-        """The loads at their share, and what each is to be multiplied by: those that are driven are what they are."""
-        each: list[Any] = list(self.loads)
-        return [(e.at(load), 1.0) if e.driven else (e, load) for e in each]
+        """The loads at their share, and what each is to be multiplied by: those that are driven are what they are.
+
+        Those of the last share are kept, with all that they have found out there.
+        """
+        loads, share, known = self._posed
+        if loads is not self.loads or share != load:
+            each: list[Any] = list(self.loads)
+            known = [(e.at(load), 1.0) if e.driven else (e, load) for e in each]
+            self._posed = self.loads, load, known
+        return known
 
     def value(self, x: Floats, load: float) -> float:
         """Total potential energy, J; infinite outside the domain of a law."""
