@@ -14,7 +14,9 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
 
 
 class Assembly:
-    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`."""
+    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`, in numbers of one `kind`."""
+
+    kind: Any = np.float64
 
     def __init__(
         self,
@@ -73,7 +75,7 @@ class Assembly:
 
     def gradient(self, x: Floats, load: float) -> Floats:
         """Out-of-balance force on every degree of freedom (dofs,), supports included (there: reactions)."""
-        g = np.zeros(self.dofs)
+        g: Floats = np.zeros(self.dofs, dtype=self.kind)
         for energy, scale in self._scaled(load):
             energy.add_gradient(x, g, scale)
         return g
@@ -84,14 +86,14 @@ class Assembly:
 
     def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
         """Tangent stiffness over the free degrees of freedom."""
-        data = np.zeros(len(self.pattern.indices))
+        data: Floats = np.zeros(len(self.pattern.indices), dtype=self.kind)
         for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
                 energy.add_hessian(x, data, slots, scale, projected)
         K = self.pattern.matrix(data)
         for energy, scale in self._scaled(load):
             if isinstance(energy, Wandering):
-                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).tocsr()
+                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).astype(self.kind).tocsr()
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
