@@ -10,11 +10,13 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.assembly.patterns import others, prepare
-from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
 
 
 class Assembly:
-    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`."""
+    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`, in numbers of one `kind`."""
+
+    kind: Any = np.float64
 
     def __init__(
         self,
@@ -31,6 +33,7 @@ class Assembly:
         self.conservative = all(e.conservative for e in (*self.internal, *self.loads))
         self.saddle = any(e.saddle for e in self.internal)
         self.pattern = prepare(dofs, fixed, [e.stencils for e in (*self.internal, *self.loads)])
+        self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:
         """The same loads and the same pattern, for other energies on the same stencils."""
@@ -55,9 +58,16 @@ class Assembly:
         return [(e, 1.0) for e in self.internal] + self.loaded(load)
 
     def loaded(self, load: float) -> list[tuple[Energy, float]]:
-        """The loads at their share, and what each is to be multiplied by: those that are driven are what they are."""
-        each: list[Any] = list(self.loads)
-        return [(e.at(load), 1.0) if e.driven else (e, load) for e in each]
+        """The loads at their share, and what each is to be multiplied by: those that are driven are what they are.
+
+        Those of the last share are kept, with all that they have found out there.
+        """
+        loads, share, known = self._posed
+        if loads is not self.loads or share != load:
+            each: list[Any] = list(self.loads)
+            known = [(e.at(load), 1.0) if e.driven else (e, load) for e in each]
+            self._posed = self.loads, load, known
+        return known
 
     def value(self, x: Floats, load: float) -> float:
         """Total potential energy, J; infinite outside the domain of a law."""
@@ -65,7 +75,7 @@ class Assembly:
 
     def gradient(self, x: Floats, load: float) -> Floats:
         """Out-of-balance force on every degree of freedom (dofs,), supports included (there: reactions)."""
-        g = np.zeros(self.dofs)
+        g: Floats = np.zeros(self.dofs, dtype=self.kind)
         for energy, scale in self._scaled(load):
             energy.add_gradient(x, g, scale)
         return g
@@ -76,17 +86,17 @@ class Assembly:
 
     def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
         """Tangent stiffness over the free degrees of freedom."""
-        data = np.zeros(len(self.pattern.indices))
+        data: Floats = np.zeros(len(self.pattern.indices), dtype=self.kind)
         for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
                 energy.add_hessian(x, data, slots, scale, projected)
         K = self.pattern.matrix(data)
         for energy, scale in self._scaled(load):
-            if energy.wandering:
-                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).tocsr()  # type: ignore[attr-defined]
+            if isinstance(energy, Wandering):
+                K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).astype(self.kind).tocsr()
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of an increment d (dofs,), at most 1, that can be gone before bodies would meet."""
-        each = (e for e in (*self.internal, *self.loads) if e.wandering)
-        return min((e.limit(x, d) for e in each), default=1.0)  # type: ignore[attr-defined]
+        each = (e for e in (*self.internal, *self.loads) if isinstance(e, Wandering))
+        return min((e.limit(x, d) for e in each), default=1.0)

@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Together
@@ -39,6 +38,7 @@ def _rounded(value: Any) -> Any:
 class SingleAssembly(Assembly):
     """An assembly over single energies, with the pattern of one in double precision."""
 
+    kind: Any = np.float32
     whole: Assembly
 
     @classmethod
@@ -58,23 +58,7 @@ class SingleAssembly(Assembly):
         steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
         return max(steepest, default=0.0)
 
-    def gradient(self, x: Floats, load: float) -> Floats:
-        """Out-of-balance force on every degree of freedom (dofs,)."""
-        g: Any = np.zeros(self.dofs, dtype=np.float32)
-        for energy, scale in self._scaled(load):
-            energy.add_gradient(x, g, scale)
-        found: Floats = g
-        return found
-
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: of strains near one, and of displacements."""
         noise = self.whole.rounding(x)
         return RATIO * noise * (1.0 + float(np.abs(x).max(initial=0.0)) * self._gradients)
-
-    def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
-        """Tangent stiffness over the free degrees of freedom."""
-        data: Any = np.zeros(len(self.pattern.indices), dtype=np.float32)
-        for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
-            if energy.stencils.size:
-                energy.add_hessian(x, data, slots, scale, projected)
-        return self.pattern.matrix(data)

@@ -15,7 +15,6 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.touching import Touching, node_areas
-from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Floats, Ints
 
 MOST = 4  # parts of an edge of a triangle: sharper ones are met as if they were as blunt as that
@@ -44,10 +43,6 @@ class Inner(Touching):
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
-    def pushes(self, x: Floats) -> Floats:
-        """What the rigid body does to the points (p, 3), N."""
-        return super().forces(x)
-
     def forces(self, x: Floats) -> Floats:
         """What the rigid body does to the nodes (m, 3), N: each point's, by its shares."""
         g = np.zeros(max(len(x), 3 * (int(self.nodes.max(initial=0)) + 1)))
@@ -65,22 +60,11 @@ class Inner(Touching):
         np.add.at(found, self.corners, self.shares * (self.A * self.pressures(x))[:, None])
         return found
 
-    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the forces, N."""
-        self.spread(-scale * self.pushes(x), g)
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """N_a N_b A (phi'' n n + phi' H), of points that are near alone."""
-        g, n, H = self._near(x)
-        near = np.flatnonzero(g < self.barrier.distance)
-        if not len(near):
-            return
-        g, n, H, N, A = g[near], n[near], H[near], self.shares[near], self.A[near]
-        blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
-        if not projected:
-            blocks -= self.barrier.pressure(g)[:, None, None] * H
-        whole = np.einsum("p,pa,pb,pij->paibj", scale * A, N, N, blocks).reshape(-1, 9, 9)
-        add_blocks(whole, slots[near], data)
+    def coupled(self, points: Ints, blocks: Floats) -> Floats:
+        """Stiffness at points as N_a N_b of it between their corners (k, 9, 9), N/m."""
+        N = self.shares[points]
+        found: Floats = np.einsum("pa,pb,pij->paibj", N, N, blocks).reshape(-1, 9, 9)
+        return found
 
 
 def inner(touching: Touching, points: Floats, triangles: Ints, n: int, depth: float = 0.0, still: Any = None) -> Inner:

@@ -160,7 +160,7 @@ class Rubbing(Touching):
 
         It `grips` where everything that touches is to stick, whatever the pressure.
         """
-        g, n, _ = (before or self)._near(x)
+        g, n, _ = (before or self).look(x)
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
         return replace(self, lag=Lag(self.friction * p, n), conservative=True)
 
@@ -194,7 +194,7 @@ class Rubbing(Touching):
 
     def slip(self, x: Floats) -> Slip:
         """How its nodes stand to their anchors in a state."""
-        g, n, _ = self._near(x)
+        g, n, _ = self.look(x)
         return self._slip(self.way(x, n)[1], self.friction * self.barrier.pressure(g))
 
     def settled(self, x: Floats) -> Floats:
@@ -208,9 +208,9 @@ class Rubbing(Touching):
         slip = self.slip(x)
         return float(self.A @ (slip.t * np.maximum(slip.size - slip.t / self.spring, 0.0)))
 
-    def forces(self, x: Floats) -> Floats:
+    def pushes(self, x: Floats) -> Floats:
         """What the rigid body does to the nodes (m, 3), N."""
-        g, n, _ = self._near(x)
+        g, n, _ = self.look(x)
         p = self.barrier.pressure(g)
         return self.A[:, None] * (p[:, None] * n - self._traction(x, n, self.friction * p))
 
@@ -225,7 +225,7 @@ class Rubbing(Touching):
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
         super().add_hessian(x, data, slots, scale, projected)
-        g, n, H = self._near(x)
+        g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p
         if self.lag is not None:

@@ -15,7 +15,7 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
-    from softmark.solvers.contact.gaps.gap import Gap
+    from softmark.solvers.contact.gaps.gap import Gap, Look
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Touching(Energy):
 
     def add_towed(self, x: Floats, to: Gap, change: Floats) -> None:
         """Add how the gradient changes (dofs,), N, to first order, where the body goes `to` a place and nodes stay."""
-        g, n, _ = self._near(x)
+        g, n, _ = self.look(x)
         moved = to.gap(self.places(x)) - g
         self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
 
@@ -85,25 +85,21 @@ class Touching(Energy):
 
     def gaps(self, x: Floats) -> Floats:
         """Of its nodes (m,), m."""
-        return self.body.gap(self.places(x))
-
-    def look(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Gaps (m,), m, normals of the rigid body there (m, 3), and curvatures of the gap (m, 3, 3), 1/m."""
-        g, n, H = self.body.look(self.places(x))
-        if self.flat:
-            n = n * (1.0, 1.0, 0.0)
-            H = H * np.outer((1.0, 1.0, 0.0), (1.0, 1.0, 0.0))
-        return g, n, H
+        return self.look(x)[0]
 
     def pressures(self, x: Floats) -> Floats:
         """What the law of the gap says at its nodes (m,), Pa."""
         return self.barrier.pressure(self.gaps(x))
 
-    def forces(self, x: Floats) -> Floats:
-        """What the rigid body does to the nodes (m, 3), N."""
-        g, n, _ = self._near(x)
+    def pushes(self, x: Floats) -> Floats:
+        """What the rigid body does to its points (m, 3), N."""
+        g, n, _ = self.look(x)
         found: Floats = (self.A * self.barrier.pressure(g))[:, None] * n
         return found
+
+    def forces(self, x: Floats) -> Floats:
+        """What the rigid body does to the nodes (m, 3), N: these are its points."""
+        return self.pushes(x)
 
     def value(self, x: Floats) -> float:
         """What the barrier stores, J."""
@@ -117,15 +113,23 @@ class Touching(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces, N."""
-        self.spread(-scale * self.forces(x), g)
+        self.spread(-scale * self.pushes(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """A (phi'' n n + phi' H): the second part is not definite, and is left out where the first is to be alone."""
-        g, n, H = self._near(x)
+        g, n, H = self.look(x)
+        near = np.flatnonzero(g < self.barrier.distance)
+        if not len(near):
+            return
+        g, n, H = g[near], n[near], H[near]
         blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
         if not projected:
             blocks -= self.barrier.pressure(g)[:, None, None] * H
-        add_blocks(scale * self.A[:, None, None] * blocks, slots, data)
+        add_blocks(self.coupled(near, scale * self.A[near, None, None] * blocks), slots[near], data)
+
+    def coupled(self, points: Ints, blocks: Floats) -> Floats:
+        """Stiffness at `points` (k,) as blocks (k, 3, 3), N/m, between the degrees of freedom of their stencils."""
+        return blocks
 
     def rounding(self, x: Floats) -> float:
         """What the last digits of places leave in its forces, N."""
@@ -133,9 +137,22 @@ class Touching(Energy):
         stiff = self.A * self.barrier.slope(self.gaps(x))
         return float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
-    def _near(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """What `look` says; of nodes beyond the barrier's distance the gap alone."""
+    @cached_property
+    def _seen(self) -> list[tuple[Floats, Look]]:
+        """The last places that were looked at, and what was seen there: an energy, its gradient and Hessian ask."""
+        return []
+
+    def look(self, x: Floats) -> Look:
+        """Gaps (m,), m, and of what is nearer than the barrier's distance normals (m, 3) and curvatures (m, 3, 3)."""
         where = self.places(x)
+        for known, found in self._seen:
+            if np.array_equal(known, where):
+                return found
+        found = self._looked(where)
+        self._seen[:] = [(where, found)]
+        return found
+
+    def _looked(self, where: Floats) -> Look:
         g = self.body.gap(where)
         n, H = np.zeros((len(g), 3)), np.zeros((len(g), 3, 3))
         near = g < self.barrier.distance

@@ -13,7 +13,6 @@ act on where there is no touch any more, and bring energy.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,8 +78,7 @@ class Impact:
         barrier = self.contacts[i].barrier
         if barrier.stiffness * STIFFER > STIFFEST * self._first[i]:
             raise StepFailed("a point of the surface ends behind a rigid one")
-        stiffer = replace(barrier, stiffness=STIFFER * barrier.stiffness)
-        self.contacts[i] = replace(self.contacts[i], barrier=stiffer)
+        self.contacts[i] = self.contacts[i].stiffer(STIFFER)
         self.stiffened += 1
         raise TooSoft("a point of the surface ends behind a rigid one")
 

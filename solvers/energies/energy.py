@@ -30,7 +30,6 @@ class Energy(Protocol):
     grounded: ClassVar[bool] = False  # it feels a motion of the body as a whole
     cellular: ClassVar[bool] = False  # a law is integrated over cells, with or without pressures
     told: Any = None  # nodes (n,) whose forces are its reaction, where that of all adds up to nothing; None: all
-    wandering: ClassVar[bool] = False  # which unknowns its Hessian couples changes: a `Wandering`
     driven: ClassVar[bool] = False  # a load that is not in proportion to its share, and says what it is `at` one
 
     @property
@@ -82,8 +81,6 @@ class Dashpots(Energy):
 class Wandering(Energy):
     """An energy with a Hessian of its own, of unknowns that come to be coupled as bodies meet, and with states between
     which no straight way leads."""
-
-    wandering: ClassVar[bool] = True
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
         """d2E/dx2, sparse (dofs, dofs), N/m; `projected` is positive semi-definite."""

@@ -64,9 +64,8 @@ class Apart(Shape):
         a, b = self.one.bounds, self.other.bounds
         if a is None or b is None:
             return None
-        low, high = (tuple(map(f, a[i], b[i])) for i, f in enumerate((min, max)))
-        found: Any = low, high
-        return found  # type: ignore[no-any-return]
+        ends: list[Any] = [tuple(map(f, a[i], b[i])) for i, f in enumerate((min, max))]
+        return ends[0], ends[1]
 
     @property
     def ends(self) -> tuple[Place, Place]:

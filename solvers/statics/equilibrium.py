@@ -6,10 +6,13 @@ alone and not with its square; a stiffer law starts from the equilibrium of its 
 state that is given. What it finds is kept only if it is a stable equilibrium without inverted cells. Where whole
 steps lose themselves, as in large stretches, or where the corotational twin is squeezed flat, from where half of a
 body may come out turned by 180 degrees and as stable as the right state, they follow loads that grow
-(`static_steps.py`). The careful one then starts again: every step leads to less energy than one of the MEMORY states
+(`steps.py`). The careful one then starts again: every step leads to less energy than one of the MEMORY states
 before it had (Armijo 1966; Grippo, Lampariello and Lucidi 1986), the tangent is made definite where it is not, and the
 load comes in steps that shrink and grow. Where it ends on an unstable equilibrium, as a straight column above its
 buckling load does, it steps aside and goes on to a stable one.
+
+Where something may touch, whole steps go in and out of contact by turns: the free way is one on which energy falls, and
+is left out where pressures are unknowns as well. Friction has a way of its own (`friction.py`).
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
@@ -77,11 +80,12 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     """The equilibrium at full load: boldly, then carefully."""
     ways = [_started] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
-    whole = (
-        [] if problem.longest < 1.0 or (problem.touches and problem.assembly.saddle) else [_free]
-    )  # of a turn either would find another, by whole turns off
-    whole += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
-    for way in [*ways, *whole] if problem.bold else ways:
+    turns = problem.longest < 1.0  # they would find another, by whole turns off
+    crept = problem.touches and problem.assembly.saddle  # no energy falls on the way in and out of contact
+    if problem.bold:
+        ways += [] if turns or crept else [_free]
+        ways += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
+    for way in ways:
         try:
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest

@@ -15,6 +15,7 @@ from softmark.solvers.statics.problem import NotConverged
 
 FIRST, LEAST = 0.25, 1.0 / 512.0  # steps of load: to begin with, and where the way is given up
 EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the next step is twice as long
+MEETING = 20  # the same where something may touch: a step leaves a quarter of a pressure that is far too large
 
 
 def raised(newton: Newton) -> tuple[Floats, int]:
@@ -38,9 +39,10 @@ def raised(newton: Newton) -> tuple[Floats, int]:
 
 def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
     """The equilibrium of the target load from that of another; None where whole steps do not find one without flaws."""
+    most = MEETING if newton.problem.touches else EACH
     try:
         start = newton.carry(x, target - load, load)
-        there, done, _ = newton.steps(start, EACH, target)
+        there, done, _ = newton.steps(start, most, target)
     except NotConverged:
         return None
     if newton.problem.way is not None and strayed(x, start, there):

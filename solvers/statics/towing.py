@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear.factorisations import Singular, factor
+from softmark.solvers.statics.clear import pushed
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.problem import Statics
@@ -23,11 +23,7 @@ def towed(problem: Statics, x: Floats) -> Floats:
     for energy in assembly.loads:
         known: Any = energy
         old.append(known.towing(x, way) if energy.rubs else known.before() if energy.driven else energy)
-    free = assembly.free
     C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
-    d = np.zeros_like(x)
-    try:
-        d[free] = factor(assembly.acting(assembly.internal, old).tangent(x, 1.0)).solve(C @ way[free])
-    except Singular:
-        return x
-    return x + assembly.limit(x, d) * d
+    change = np.zeros_like(x)
+    change[assembly.free] = -C @ way[assembly.free]
+    return pushed(assembly.acting(assembly.internal, old), x, change)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.single import SingleAssembly
 from softmark.solvers.checks.crossings import crossings
 from softmark.solvers.contact.skin import pieces_of, skin_of
 from softmark.solvers.energies.elastic import Elastic
@@ -69,6 +70,22 @@ def test_derivatives(kind, depth, alone):
         np.testing.assert_allclose(gradient(x).reshape(-1, 3).sum(axis=0), 0.0, atol=1e-12 * np.abs(gradient(x)).max())
     least = np.linalg.eigvalsh(e.matrix(x, projected=True).toarray()).min()
     assert least >= -1e-12 * abs(e.matrix(x)).max()
+
+
+def test_single_precision_has_their_stiffness_too():
+    """The tangent of both blocks and what keeps them apart: that in double precision to 1e-5 of its largest entry."""
+    mesh = blocks("tet4")
+    n, parts_of = mesh.points.size, integration(mesh)
+    elastic = Elastic(
+        mesh.cells, parts_of.dNdX, parts_of.w, law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
+    )
+    e = Colliding(skin_of(mesh, n, 3, between(mesh)), 2 * GAP, 100.0, True)
+    whole = Assembly(n, np.zeros(0, dtype=np.int64), [elastic, e], [])
+    x = (2e-4 * np.random.default_rng(1).standard_normal(n)).astype(np.float32)
+    K, known = SingleAssembly.of(whole).tangent(x, 1.0), whole.tangent(x.astype(np.float64), 1.0)
+    assert K.dtype == np.float32
+    assert abs(e.matrix(x)).max() > 0.1 * abs(known).max()
+    assert abs(K - known).max() < 1e-5 * abs(known).max()
 
 
 def pressed(kind, parts, down=0.05):

@@ -40,12 +40,14 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
     """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
-    found = {}
-    for name, bed in beds.items():
-        if bed.wandering:
-            from softmark.solvers.checks.crossings import crossings as passing
+    from softmark.solvers.energies.energy import Wandering
 
-            found[name] = len(passing(bed.skin.places(x)[: bed.skin.corners], bed.skin.faces))
+    found = {}
+    for name in (name for name, bed in beds.items() if isinstance(bed, Wandering)):
+        from softmark.solvers.checks.crossings import crossings as passing
+
+        skin = beds[name].skin
+        found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))
     return {"crossings": found} if found else {}
 
 
