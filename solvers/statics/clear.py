@@ -6,11 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
 
 STIFFER = 8.0  # times, at once
@@ -44,46 +41,3 @@ def _stiffer(assembly: Assembly) -> Assembly:
     known: list[Any] = list(assembly.loads)
     loads = [replace(energy.stiffer(STIFFER), earlier=None) if energy.driven else energy for energy in known]
     return assembly.acting(assembly.internal, loads)
-
-
-def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
-    """How forces on a state x (dofs,) change (dofs,), N, to first order, as rigid bodies go from a load to another."""
-    found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
-    for energy in known:
-        if energy.driven:
-            energy.at(load).add_towed(x, energy.at(to).body, found)
-    return found
-
-
-def begun(problem: Statics, x: Floats) -> Floats:
-    """What a state (dofs,) becomes whose rigid bodies go on from where they were: (dofs,), to first order.
-
-    What touched them goes along; where nothing is known of where they were, and where that leads nowhere, the state.
-    """
-    if problem.rubs:
-        from softmark.solvers.statics.towing import towed
-
-        return towed(problem, x)
-    known: list[Any] = list(problem.assembly.loads)
-    each = [energy.driven and energy.earlier is not None for energy in known]
-    if not any(each):
-        return x
-    loads = [energy.before() if energy.driven else energy for energy in known]
-    change = np.zeros(problem.assembly.dofs)
-    for energy, was, moves in zip(known, loads, each, strict=True):
-        if moves:
-            was.add_towed(x, energy.body, change)
-    return pushed(problem.assembly.acting(problem.assembly.internal, loads), x, change)
-
-
-def pushed(assembly: Assembly, x: Floats, change: Floats) -> Floats:
-    """A state x with what its tangent gives way by where the gradient changes (dofs,), N: itself of a singular one.
-
-    No farther than to where surfaces would meet.
-    """
-    d, free = np.zeros(assembly.dofs), assembly.free
-    try:
-        d[free] = -factor(assembly.tangent(x, 1.0), symmetric=assembly.conservative).solve(change[free])
-    except Singular:
-        return x
-    return x + assembly.limit(x, d) * d

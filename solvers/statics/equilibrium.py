@@ -30,11 +30,11 @@ from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.systems import Linear, Systems
 from softmark.solvers.statics.arc_length import PathFollower
-from softmark.solvers.statics.clear import begun
 from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
 from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
 from softmark.solvers.statics.steps import raised, strayed
+from softmark.solvers.statics.towing import begun
 
 __all__ = [
     "MEMORY", "RIGID", "TINY", "Criterion", "Equilibrium", "Iteration", "Linear", "NotConverged", "Statics", "Watch",

@@ -12,8 +12,8 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Space
 from softmark.solvers.linear.factorisations import Factor, Singular, Waiting
 from softmark.solvers.linear.systems import TIGHTEST, Systems
-from softmark.solvers.statics.clear import approach
 from softmark.solvers.statics.problem import Criterion, Iteration, NotConverged, Statics
+from softmark.solvers.statics.towing import approach
 
 MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
 RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
