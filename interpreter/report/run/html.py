@@ -71,6 +71,7 @@ def render(report: Report) -> str:
     findings = Findings(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]
     carried = any('value="carried"' in markup for _, markup in sections)
+    rigid = any('"instruments": [{' in markup for _, markup in sections)
     shown = any('class="shapes"' in markup for _, markup in sections)  # only then what draws them goes in
     return document(
         f"{title(findings)} – softmark report",
@@ -84,6 +85,7 @@ def render(report: Report) -> str:
             "report.js",
             *(["raster.js"] if shown else []),
             *(["carried.js"] if carried else []),
+            *(["instruments.js"] if rigid else []),
             *(["shapes_controls.js", "shapes.js"] if shown else []),
         ],
     )
