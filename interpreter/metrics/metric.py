@@ -138,6 +138,10 @@ class OfForces(Metric):
         """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
         return self.size(self._known(rest)) if self.measured_from is None else 1.0
 
+    def at_points(self, X: Floats) -> OfForces:
+        """The same of points X (n, 3), m, of its probe, where it has one."""
+        return self
+
     def acting(self, rest: AtRest) -> float:
         """What of its kind there is in the whole body, in its natural unit: rounding leaves a part of that."""
         return 0.0

@@ -114,8 +114,8 @@ class Touched(Plain):
 class Pressed(Protocol):
     """The surface of a body that something may press on."""
 
-    def pressure(self, point: Vector) -> float | None:
-        """At a material point, m: Pa. None where it is not on the surface."""
+    def pressures(self, X: NDArray[np.float64]) -> NDArray[np.float64]:
+        """At material points X (n, 3), m: Pa (n,). Not a number where one is not on the surface."""
 
     @property
     def at_nodes(self) -> Mapping[str, NDArray[np.float64]]:

@@ -146,7 +146,8 @@ class SeenSurface:
 class SeenCurve:
     """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,).
 
-    `band` (n,) each, of one that is not as uncertain on both sides: from where to where it goes.
+    `band` (n,) each, of one that is not as uncertain on both sides: from where to where it goes. `known` (n,) is what
+    it is held against at the same x, where that is no curve by itself.
     """
 
     x: NDArray[np.float64]
@@ -154,11 +155,13 @@ class SeenCurve:
     units: tuple[str, str]
     uncertainty: NDArray[np.float64] | None = None
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    known: NDArray[np.float64] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
         own |= {} if self.uncertainty is None else {"uncertainty": self.uncertainty.tolist()}
+        own |= {} if self.known is None else {"known": self.known.tolist()}
         return own if self.band is None else {**own, "low": self.band[0].tolist(), "high": self.band[1].tolist()}
 
 

@@ -15,11 +15,12 @@ from browser import TIMED, browse, needs_chromium, noted
 
 import softmark
 from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.problem.rigid_surfaces import THICK, WIDER
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.view3d.instruments import AROUND, room_of
 from softmark.interpreter.results.report import Report, SeenSurface
 from softmark.interpreter.results.vtk import write_vtu
-from softmark.interpreter.run.instruments import THICK, WIDER, instruments
+from softmark.interpreter.run.instruments import instruments
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.mesh.instruments import Punch, RoundedBox, Tip
 

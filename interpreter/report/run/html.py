@@ -7,6 +7,7 @@ from collections.abc import Callable
 from softmark.interpreter.report.page.document import document
 from softmark.interpreter.report.page.markup import plain
 from softmark.interpreter.report.run.figures import (
+    along_lines,
     centre_lines,
     comparison,
     convergence,
@@ -44,6 +45,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("refinement", refinement.section_of),
     ("states", over_states.section_of),
     ("curves", measured_curves.section_of),
+    ("along", along_lines.section_of),
     ("values", values.section_of),
     ("published", published.section_of),
     ("distribution", histograms.section_of),
