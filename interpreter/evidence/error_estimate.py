@@ -92,8 +92,9 @@ class Stated(Answer):
         found |= selection(self)
         if self.case.contacts:
             from softmark.interpreter.evidence.contact_error import gaps
+            from softmark.interpreter.evidence.contact_notes import selection as touching
 
-            found |= gaps(self)
+            found |= gaps(self) | touching(self)
         if self.case.parts:
             from softmark.interpreter.evidence.region_error import parts
 

@@ -99,16 +99,19 @@ class Friction(Plain):
 class Touched(Plain):
     """What a report says of a contact: what it comes to, and its force and moment on the body that deforms.
 
-    `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known.
+    `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known. `taken`
+    is the area of the facets that may touch over that of what the contact selects; None where it selects all.
     """
 
     touch: Touch
     reaction: Reaction
     overlap: float | None = None
+    taken: float | None = None
 
     def entries(self) -> Mapping[str, object]:
         """Of all three."""
-        return {**self.touch.entries(), "overlap": self.overlap, **self.reaction.entries()}
+        own = {"overlap": self.overlap} | ({} if self.taken is None else {"taken": self.taken})
+        return {**self.touch.entries(), **own, **self.reaction.entries()}
 
 
 class Pressed(Protocol):

@@ -21,6 +21,7 @@ HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
 NOTHING = "\N{EN DASH}"
 ROUNDING = 1e-8  # of the largest component
 DIGITS = 4  # of an area
+MISSED = 0.005  # of what a contact selects: less is not worth a word
 
 
 def section_of(findings: Findings) -> str:
@@ -38,6 +39,8 @@ def _row(contact: str, model: str, own: Touched) -> str:
         said.append(f"a gap of {units.show(touch.left, units.LENGTH)} is left where it presses")
     if own.overlap:
         said.append(f"facets cut in by up to {units.show(own.overlap, units.LENGTH)} between their nodes")
+    if own.taken is not None and abs(1.0 - own.taken) > MISSED:
+        said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
     cells = (
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
         _area(touch.area),
