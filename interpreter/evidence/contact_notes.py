@@ -13,6 +13,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
+from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.parts.surface import loaded
@@ -81,7 +82,7 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
             yield diagnostic(
                 "W659",
                 declared.at("size" if "size" in declared.fields else ""),
-                f"facets of `{declared.name}` cut {units.show(deep, units.LENGTH)} into `{touch.rigid.name}` between "
+                f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into `{touch.rigid.name}` between "
                 "their nodes",
                 "too coarse for what presses",
                 "it may have gone through between them: use cells as fine as the least radius of what presses",

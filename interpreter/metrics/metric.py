@@ -96,10 +96,12 @@ class OfForces(Metric):
         own = self._known(seen.at_rest)
         if self.measured_from is None:
             return Measurement(self._along(own), self.details(own))
-        right = self._right(None if seen.known is None else seen.known.at_rest)
+        rest = None if seen.known is None else seen.known.at_rest
+        right = self._right(rest)
         if (size := self.size(right)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
-        return Measurement(abs(self._along(own) - self._along(right)) / size)
+        off = None if rest is None else rest.off
+        return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
     def _right(self, rest: AtRest | None) -> Floats:
         """What is taken as right. Raises Undefined where that does not say it, whatever our models would say."""

@@ -324,7 +324,7 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     there = Pressing(theory, at, n, case.planar == "plane_strain") if hasattr(theory, "pressure") else None
     touched = Touched(share * theory.area, theory.largest_pressure, theory.gap, field=there)
     return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
-                  touches={touch.name: touched})  # fmt: skip
+                  touches={touch.name: touched}, off=sum(map(abs, theory.off.values())))  # fmt: skip
 
 
 def doubt_of(theory: Any) -> str | None:

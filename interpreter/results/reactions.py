@@ -159,3 +159,4 @@ class AtRest:
     dissipated: float = 0.0  # J, since the start of what remembers
     fluid: Fluid | None = None  # of a porous body
     touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to, by name
+    off: float | None = None  # of a theory: how far its forces may be off for what it leaves out, relative

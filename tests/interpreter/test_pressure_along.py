@@ -10,9 +10,12 @@ import pytest
 
 from softmark import loads
 from softmark.interpreter.evidence.contact_limits import limitless_pressure
+from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.metrics.pressure_along import PressureAlong
+from softmark.interpreter.plan.stability import judges
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
+from softmark.interpreter.problem.theories import solved
 from softmark.interpreter.report.run.html import render
 from softmark.solvers.mesh.instruments import Punch, RoundedBox
 from softmark.solvers.mesh.revolved import Cone
@@ -114,3 +117,33 @@ def test_sharp_points_are_on_rims_edges_and_tips() -> None:
     assert np.linalg.norm(tip - [0.0, 0.0, 1.0], axis=1).min() < 1e-9
     square = surface_in_space(Box((1.0, 2.0, 3.0), (0.0, 0.0, -1.0)), np.zeros((1, 3)))
     assert len(sharp_in_section(*square)) == 4
+
+
+def test_forces_against_a_theory_of_contact_judge_where_models_end() -> None:
+    """The theory says how far its own force may be off: d / R for a depth that is not small, and the far face."""
+    known = AGAINST.format(theory="hertz") + "metric push = force(touch, along = -y, against = theory)\n"
+    loaded = loads(text(BALL, 0.5) + known)
+    assert list(judges(loaded.scene)) == ["off", "push"]
+    metric = loaded.run().models["quads"].metrics["push"]
+    case = case_of(loaded.scene, "block")
+    theory = solved(loaded.scene.declared["theory"], case)
+    assert theory.off["depth"] == pytest.approx(0.5 / 30.0)
+    assert metric.uncertainty == pytest.approx(sum(map(abs, theory.off.values())))
+
+
+def test_levers_of_a_contact_leave_a_closed_form_as_it_is() -> None:
+    value = "param k = 1\n"
+    value += 'reference given = values(values = k * 1 mN, uncertainty = 1 %, source = "us", kind = theory)\n'
+    value += "metric push = force(touch, along = -y)\nmetric far = value_error(of = push, against = given)\n"
+    for target, codes in (("touch.distance", []), ("touch.friction", ["E512"])):
+        scene = text(BALL, 0.5).replace("y >= 0 mm)", "y >= 0 mm, distance = 1 um, friction = 0.3)") + value
+        assert codes_of(scene + f"study walk = stability(over = [{target}], metric = far)\n") == codes
+
+
+def codes_of(scene: str) -> list[str]:
+    """Of errors."""
+    try:
+        loads(scene)
+    except SceneError as error:
+        return [d.code for d in error.diagnostics]
+    return []
