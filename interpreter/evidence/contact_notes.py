@@ -82,8 +82,8 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
             yield diagnostic(
                 "W659",
                 declared.at("size" if "size" in declared.fields else ""),
-                f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into `{touch.rigid.name}` between "
-                "their nodes",
+                f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into"
+                f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
                 "it may have gone through between them: use cells as fine as the least radius of what presses",
             )
