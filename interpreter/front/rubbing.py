@@ -34,7 +34,7 @@ def _without(scene: Scene) -> Iterator[Diagnostic]:
         contact = scene.declared[metric.thing.of] if isinstance(metric.thing, OfFriction) else None
         if contact is not None and not getattr(contact.thing, "friction", 0.0):
             yield diagnostic(
-                "E658",
+                "E662",
                 metric.at("of"),
                 f"`{metric.name}` asks how `{contact.name}` slips, which has no friction",
                 "nothing sticks there",
