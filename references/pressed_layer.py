@@ -10,6 +10,7 @@ from softmark.references.half_space import SamePlace
 from softmark.references.reference import About, Reference
 
 if TYPE_CHECKING:
+    from softmark.references.half_space import Array
     from softmark.references.layer import Layer
     from softmark.references.pressed import Pressed
 
@@ -42,6 +43,10 @@ class InLayer(SamePlace):
     def largest_pressure(self) -> float:
         """Pa."""
         return self.layer.largest_pressure
+
+    def pressure(self, r: Array) -> Array:
+        """At distances from the axis (n,), m: Pa."""
+        return self.layer.pressure(r)
 
     @property
     def off(self) -> dict[str, float]:

@@ -1,6 +1,6 @@
-"""Where each kind of model was measured to be right: taken from a stability study, shown by `dsl explain`.
+"""Where models, contacts and theories were measured to be right: from stability studies, shown by `dsl explain`.
 
-`ranges.json` beside this file is what `python tests/benchmarks/ranges.py` made of `dsl stress beam-at-the-extremes`.
+`ranges.json` beside this file has what `python tests/benchmarks/ranges.py` made of each `dsl stress` of a scene.
 """
 
 from __future__ import annotations
@@ -54,10 +54,18 @@ def _range(own: list[StressEdge], quantity: WalkedQuantity) -> Json:
 
 
 def lines(constructor: str) -> list[str]:
-    """What `dsl explain` says of a constructor: a line for each quantity of each of its models, if it was measured."""
+    """What `dsl explain` says of a constructor: a line for each quantity of each of its models, if it was measured.
+
+    A study that is about other words, as about a contact, shows all of its models there.
+    """
     path = files(__package__ or "").joinpath(FILE)
-    measured = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {"models": []}
-    own = [m for m in measured["models"] if m["constructor"] == constructor]
+    measured = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+    return [line for study in measured for line in _of_study(study, constructor)]
+
+
+def _of_study(measured: Json, constructor: str) -> list[str]:
+    words = measured.get("words") or ()
+    own = [m for m in measured["models"] if (constructor in words if words else m["constructor"] == constructor)]
     if not own:
         return []
     head = [

@@ -37,6 +37,7 @@ DOUBTS: dict[str, str] = {
     "W377": "there are few steps to a swing of its loads",
     "W378": "steps do not show all of a course",
     "W389": "its fibres have no direction somewhere",
+    "W659": "its facets do not follow what presses",
 }
 
 

@@ -92,8 +92,9 @@ class Stated(Answer):
         found |= selection(self)
         if self.case.contacts:
             from softmark.interpreter.evidence.contact_error import gaps
+            from softmark.interpreter.evidence.contact_notes import selection as touching
 
-            found |= gaps(self)
+            found |= gaps(self) | touching(self)
         if self.case.parts:
             from softmark.interpreter.evidence.region_error import parts
 
@@ -117,7 +118,12 @@ class Stated(Answer):
         return settled(self, seen, voucher.discretisation)
 
     def _must_have_limit(self, seen: ProbeAnswer) -> None:
-        """Raises Unknown of a displacement of a solid under a force on a point or along a line, and of what it does."""
+        """Raises Unknown of what has no limit: pressure at sharp edges, and what forces on points or along lines do."""
+        if self.case.contacts:
+            from softmark.interpreter.evidence.contact_limits import limitless_pressure
+
+            if place := limitless_pressure(seen.metric, self.case, seen.at_rest, seen.X):
+                raise Unknown(f"it looks at {place}, where every refinement finds a larger pressure")
         if not any(isinstance(load.thing.action, AtPoint | PerLength) for load in self.case.loads):
             return
         from softmark.interpreter.evidence.stress_limits import endless, place_of, unbounded

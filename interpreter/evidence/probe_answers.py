@@ -129,7 +129,7 @@ class ProbeAnswer:
             return self._of_tensors(self.metric)
         if isinstance(self.metric, OfForces):
             try:
-                return self.metric.extent(self.at_rest)
+                return self.metric.at_points(self.X).extent(self.at_rest)
             except Undefined as undefined:
                 raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
         return abs(self.value) if self.unit == "s" else 1.0
@@ -197,7 +197,7 @@ class ProbeAnswer:
 
     def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
         try:
-            return metric.apart(other.at_rest, self.at_rest)
+            return metric.at_points(self.X).apart(other.at_rest, self.at_rest)
         except Undefined as undefined:
             raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
 

@@ -38,7 +38,27 @@ def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic
     found = [d for metric in asked for d in _said(metric, view, prepared, scene.declared[view.name].thing)]
     if any(isinstance(load.thing.action, AtPoint | PerLength) for load in view.case.loads):
         found += _under_forces(scene, view, prepared)
+    if view.case.contacts:
+        found += _under_edges(scene, view)
     return tuple(found)
+
+
+def _under_edges(scene: Scene, view: View) -> Iterator[Diagnostic]:
+    """Pressures of contacts at sharp edges and tips."""
+    from softmark.interpreter.evidence.contact_limits import limitless_pressure
+
+    for metric in scene.of_kind("metric").values():
+        seen = view.probes.get(metric.thing.looked_at or "")
+        if place := limitless_pressure(
+            metric.thing, view.case, view.at_rest, np.zeros((0, 3)) if seen is None else seen.points
+        ):
+            yield diagnostic(
+                "W388",
+                metric.at("probe" if seen is not None else ""),
+                f"`{metric.name}` looks at {place}, where pressure has no limit: what is found is what the mesh allows",
+                "no limit there",
+                "every refinement finds more; look a cell or more away, or use a shape that is rounded",
+            )
 
 
 def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:

@@ -27,6 +27,7 @@ from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
+from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.metrics.realtime import RealTime
 from softmark.interpreter.metrics.slip import Slip, StickArea
 from softmark.interpreter.metrics.strain import Strain
@@ -61,6 +62,7 @@ METRICS: dict[str, type[Any]] = {
     "moment": Moment,
     "contact_area": ContactArea,
     "contact_pressure": ContactPressure,
+    "pressure_along": PressureAlong,
     "gap": ContactGap,
     "slip": Slip,
     "stick_area": StickArea,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.metric import OfForces
@@ -91,8 +92,8 @@ class ContactPressure(OfContact):
         if touch.field is None:
             raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone: leave out `at`")
         assert self.at is not None
-        found = touch.field.pressure(self.at)
-        if found is None:
+        found = float(touch.field.pressures(np.array([self.at]))[0])
+        if math.isnan(found):
             raise Undefined(f"`at` is not on the part of the surface that `{self.of}` is about, before deformation")
         return found
 

@@ -39,14 +39,15 @@ class Curve:
 
 @dataclass(frozen=True)
 class Course:
-    """What a metric comes to along another, or over time: y (n,) at x (n,) in the order in which it went, SI.
+    """What a metric comes to along another, over time or along a line: y (n,) at x (n,) in their order, SI.
 
-    `units` of the two, as keys of details end in them.
+    `units` of the two, as keys of details end in them; `known` (n,) is what it is held against there.
     """
 
     x: Floats
     y: Floats
     units: tuple[str, str]
+    known: Floats | None = None
 
 
 @dataclass(frozen=True)

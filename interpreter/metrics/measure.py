@@ -116,7 +116,8 @@ def _some(samples: Floats) -> tuple[float, ...]:
 def _drawn(course: Course) -> SeenCurve:
     """A course as a report keeps it: some of its points, each end among them."""
     chosen = picked(len(course.x), DRAWN)
-    return SeenCurve(course.x[chosen], course.y[chosen], course.units)
+    known = None if course.known is None else course.known[chosen]
+    return SeenCurve(course.x[chosen], course.y[chosen], course.units, known=known)
 
 
 def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:

@@ -96,10 +96,12 @@ class OfForces(Metric):
         own = self._known(seen.at_rest)
         if self.measured_from is None:
             return Measurement(self._along(own), self.details(own))
-        right = self._right(None if seen.known is None else seen.known.at_rest)
+        rest = None if seen.known is None else seen.known.at_rest
+        right = self._right(rest)
         if (size := self.size(right)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
-        return Measurement(abs(self._along(own) - self._along(right)) / size)
+        off = None if rest is None else rest.off
+        return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
     def _right(self, rest: AtRest | None) -> Floats:
         """What is taken as right. Raises Undefined where that does not say it, whatever our models would say."""
@@ -137,6 +139,10 @@ class OfForces(Metric):
     def extent(self, rest: AtRest | None) -> float:
         """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
         return self.size(self._known(rest)) if self.measured_from is None else 1.0
+
+    def at_points(self, X: Floats) -> OfForces:
+        """The same of points X (n, 3), m, of its probe, where it has one."""
+        return self
 
     def acting(self, rest: AtRest) -> float:
         """What of its kind there is in the whole body, in its natural unit: rounding leaves a part of that."""

@@ -10,7 +10,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
-from softmark.interpreter.metrics.metric import OfDisplacements, OfMetric
+from softmark.interpreter.metrics.metric import OfDisplacements, OfForces, OfMetric
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
 from softmark.interpreter.plan.walks import Until
@@ -21,7 +21,11 @@ from softmark.references.curve import CurveFromFile
 from softmark.references.values import GivenValues
 
 TOLD = CurveFromFile | GivenValues  # they know of the body as it is, and of no other: but for closed forms
-NUMERICAL = ("step", "tolerance", "max_iterations")  # what of an analysis is no part of the problem
+NUMERICAL = {  # what of these is no part of the problem
+    "analysis": ("step", "tolerance", "max_iterations"),
+    "contact": ("distance", "stiffness", "parts", "reach"),
+}
+OF_CONTACT = ("pressed", "stopped")  # theories that know how far their forces may be off
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
@@ -68,14 +72,19 @@ def judges(scene: Scene) -> Iterator[str]:
 def _comparable(scene: Scene, metric: Declared) -> bool:
     """Whether the error of what is taken as right is known in the metric's terms.
 
-    References know theirs as a displacement, values by themselves; models state it by the metric itself.
+    References know theirs as a displacement, values by themselves, and theories of contact what they leave out of
+    forces; models state it by the metric itself.
     """
     against = scene.declared.get(metric.thing.against)
     if isinstance(metric.thing, OfDisplacements):
         return True
     if isinstance(metric.thing, ErrorOfValue):
         return metric.thing.relative_to == "value" and against is not None and is_closed_form(scene, against)
-    return against is not None and against.kind == "model"
+    if against is None:
+        return False
+    if isinstance(metric.thing, OfForces) and against.kind == "reference":
+        return against.thing.with_forces and against.thing.about in OF_CONTACT
+    return against.kind == "model"
 
 
 def is_closed_form(scene: Scene, reference: Declared) -> bool:
@@ -92,7 +101,7 @@ def follows(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
         return True
     owner, _, attribute = quantity.name.rpartition(".")
     kind = scene.declared[owner].kind
-    return kind == "model" or (kind == "analysis" and attribute in NUMERICAL)
+    return kind == "model" or attribute in NUMERICAL.get(kind, ())
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:

@@ -269,6 +269,29 @@ def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
 # ------------------------------------------------------------------ what they say
 
 
+@dataclass(frozen=True)
+class Pressing:
+    """What a theory says of the pressure on a face with a `normal`: by the distance from where it touched."""
+
+    theory: Any
+    at: Vector
+    normal: Vector
+    flat: bool  # a body in plane strain, whose z is alike
+
+    def pressures(self, X: Any) -> Any:
+        """At material points X (n, 3), m, of the face: Pa (n,)."""
+        import numpy as np
+
+        off = X - np.array(self.at)
+        across = off - np.outer(off @ np.array(self.normal), self.normal)
+        return self.theory.pressure(np.linalg.norm(across[:, :2] if self.flat else across, axis=1))
+
+    @property
+    def at_nodes(self) -> Mapping[str, Any]:
+        """Nothing: there is no mesh."""
+        return {}
+
+
 def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     """What a theory says of forces: those of the part that the body is. Of planes of symmetry it says nothing."""
     touch, face = face_of(case)
@@ -298,9 +321,10 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
         moment = moved(own, (1.0, cross(far, carried))) if full else unknown
         found[support.name] = Reaction(carried, moment, far, own)
     work = {load.name: None for load in case.loads}
-    touched = Touched(share * theory.area, theory.largest_pressure, theory.gap)
+    there = Pressing(theory, at, n, case.planar == "plane_strain") if hasattr(theory, "pressure") else None
+    touched = Touched(share * theory.area, theory.largest_pressure, theory.gap, field=there)
     return AtRest(found, work, math.nan, dissipated=share * getattr(theory, "dissipated", 0.0),
-                  touches={touch.name: touched})  # fmt: skip
+                  touches={touch.name: touched}, off=sum(map(abs, theory.off.values())))  # fmt: skip
 
 
 def doubt_of(theory: Any) -> str | None:

@@ -235,14 +235,18 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
 
 def drawn(case: Case) -> ProbePoints:
     """A surface of the body for pictures."""
-    shape = located(case.shape, case.shaped)
+    return ProbePoints(*pictured(located(case.shape, case.shaped)))
+
+
+def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
+    """Points (n, 3), m, and triangles (t, 3) of the surface of a shape, for pictures."""
     if isinstance(shape, geometry.Swept):
-        return ProbePoints(*skin_of(shape))
+        return skin_of(shape)
     size = _size(shape)
     X, triangles = shape.surface(size)
     if len(X) > DRAWN and not shape.prebuilt:
         X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
-    return ProbePoints(X, triangles)
+    return X, triangles
 
 
 def scanned(case: Case) -> ProbePoints:

@@ -99,23 +99,26 @@ class Friction(Plain):
 class Touched(Plain):
     """What a report says of a contact: what it comes to, and its force and moment on the body that deforms.
 
-    `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known.
+    `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known. `taken`
+    is the area of the facets that may touch over that of what the contact selects; None where it selects all.
     """
 
     touch: Touch
     reaction: Reaction
     overlap: float | None = None
+    taken: float | None = None
 
     def entries(self) -> Mapping[str, object]:
         """Of all three."""
-        return {**self.touch.entries(), "overlap": self.overlap, **self.reaction.entries()}
+        own = {"overlap": self.overlap} | ({} if self.taken is None else {"taken": self.taken})
+        return {**self.touch.entries(), **own, **self.reaction.entries()}
 
 
 class Pressed(Protocol):
     """The surface of a body that something may press on."""
 
-    def pressure(self, point: Vector) -> float | None:
-        """At a material point, m: Pa. None where it is not on the surface."""
+    def pressures(self, X: NDArray[np.float64]) -> NDArray[np.float64]:
+        """At material points X (n, 3), m: Pa (n,). Not a number where one is not on the surface."""
 
     @property
     def at_nodes(self) -> Mapping[str, NDArray[np.float64]]:
@@ -156,3 +159,4 @@ class AtRest:
     dissipated: float = 0.0  # J, since the start of what remembers
     fluid: Fluid | None = None  # of a porous body
     touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to, by name
+    off: float | None = None  # of a theory: how far its forces may be off for what it leaves out, relative

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results.names import Names
@@ -98,12 +98,37 @@ class CarriedNumber:
 
 
 @dataclass(frozen=True)
+class SeenInstrument:
+    """The surface of a rigid body beside one that deforms, where it is declared: X (n, 3) m, `triangles` (k, 3).
+
+    At each moment or state it is at turns[i] X + shifts[i]: `turns` (t, 3, 3) and `shifts` (t, 3), m; one of each where
+    nothing moves.
+    """
+
+    name: str
+    X: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    turns: NDArray[np.float64]
+    shifts: NDArray[np.float64]
+
+    def at(self, i: int) -> NDArray[np.float64]:
+        """Where its points are (n, 3) at a moment, m; -1 is the last."""
+        found: NDArray[np.float64] = self.X @ self.turns[i].T + self.shifts[i]
+        return found
+
+    def sampled(self, chosen: NDArray[np.int64]) -> SeenInstrument:
+        """At some of its moments."""
+        return replace(self, turns=self.turns[chosen], shifts=self.shifts[chosen])
+
+
+@dataclass(frozen=True)
 class SeenSurface:
     """The surface of a body as a model or a reference sees it: what the report draws.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) where
     there is a history, or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` what
-    else is known there, of models of a scene that asks for stress.
+    else is known there, of models of a scene that asks for stress. `instruments` are the rigid bodies beside it, each
+    at the same moments or states, or at rest.
     """
 
     position: NDArray[np.float64]
@@ -114,13 +139,15 @@ class SeenSurface:
     measured_from: str | None = None
     carried: tuple[CarriedNumber, ...] = ()
     labels: tuple[str, ...] = ()  # of frames that are states and no moments; `times` then counts them
+    instruments: tuple[SeenInstrument, ...] = ()
 
 
 @dataclass(frozen=True)
 class SeenCurve:
     """A curve that the report draws: y (n,) at x (n,), SI, in these units; of a reference with its uncertainty (n,).
 
-    `band` (n,) each, of one that is not as uncertain on both sides: from where to where it goes.
+    `band` (n,) each, of one that is not as uncertain on both sides: from where to where it goes. `known` (n,) is what
+    it is held against at the same x, where that is no curve by itself.
     """
 
     x: NDArray[np.float64]
@@ -128,11 +155,13 @@ class SeenCurve:
     units: tuple[str, str]
     uncertainty: NDArray[np.float64] | None = None
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    known: NDArray[np.float64] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
         own |= {} if self.uncertainty is None else {"uncertainty": self.uncertainty.tolist()}
+        own |= {} if self.known is None else {"known": self.known.tolist()}
         return own if self.band is None else {**own, "low": self.band[0].tolist(), "high": self.band[1].tolist()}
 
 

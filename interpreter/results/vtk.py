@@ -32,6 +32,8 @@ meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; their paths.
 
+    Rigid bodies beside it are vtu/NAME-BALL.vtu each.
+
     What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation; what has states
     a file for each that has an answer, with the value of the state in place of the time.
     Raises OSError; UnknownElement for a kind of cell that is none.
@@ -47,7 +49,9 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
             continue
         if isinstance(outcome, ModelResult) and outcome.mesh is not None:
             written += _mesh(target, name, outcome)
-        written += _surface(target, f"{name}-surface", outcome.shape) if outcome.shape is not None else []
+        if outcome.shape is not None:
+            written += _surface(target, f"{name}-surface", outcome.shape)
+            written += _beside(target, name, outcome.shape, outcome.shape.times)
     return written
 
 
@@ -88,8 +92,10 @@ def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) 
     seen = [(s, r.shape) for s, r in pairs if r.shape is not None]
     if seen:
         errors = ((x.position, {} if x.error is None else {"error": x.error}) for _, x in seen)
-        triangles = [("triangle", seen[0][1].triangles)]
-        written += _series(target, f"{name}-surface", np.array([s for s, _ in seen]), triangles, errors)
+        triangles, values = [("triangle", seen[0][1].triangles)], np.array([s for s, _ in seen])
+        written += _series(target, f"{name}-surface", values, triangles, errors)
+        if outcome.shape is not None and outcome.shape.labels:  # else some state has no shape: those of the last alone
+            written += _beside(target, name, outcome.shape, values)
     return written
 
 
@@ -144,6 +150,18 @@ def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:
         *_series(target, name, shape.times, cells, states),
         *([_write(target / f"{name}-end.vtu", shape.position, cells, error)] if error else []),
     ]
+
+
+def _beside(target: Path, name: str, shape: SeenSurface, times: Floats | None) -> list[Path]:
+    """The rigid bodies that a model may touch, NAME-BALL.vtu, or a file for each moment or state."""
+    written: list[Path] = []
+    for own in shape.instruments:
+        file, triangles = f"{name}-{own.name}", [("triangle", own.triangles)]
+        if times is None or len(own.turns) == 1:
+            written.append(_write(target / f"{file}.vtu", own.at(-1), triangles, {}))
+        else:
+            written += _series(target, file, times, triangles, ((own.at(i), {}) for i in range(len(times))))
+    return written
 
 
 def _series(

@@ -99,20 +99,28 @@ def solve(work: Work, name: str) -> None:
         vibrations=solution.vibrations,
     )
     work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
+    if case.contacts:
+        from softmark.interpreter.evidence.contact_notes import cut_in
+
+        work.warn((), here=tuple(cut_in(declared, case, rest, solution.facts)))
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
     work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
-                                    contacts=touched(rest, solution.facts),
+                                    contacts=touched(case, prepared, rest, solution.facts),
                                     stress=solution.stress if solution.mesh and asks(work.scene) else None,
                                     constants=of_cells(case, solution.mesh))  # fmt: skip
 
 
-def touched(rest: AtRest, facts: Mapping[str, Any]) -> dict[str, Touched]:
+def touched(case: Case, prepared: Prepared, rest: AtRest, facts: Mapping[str, Any]) -> dict[str, Touched]:
     """What a report says of contacts, by name."""
-    checks = (facts.get("checks") or {}).get("contact") or {}
+    if not rest.touches:
+        return {}
+    from softmark.interpreter.evidence.contact_notes import shares
+
+    checks, taken = (facts.get("checks") or {}).get("contact") or {}, shares(case, prepared.mesh)
     return {
-        name: Touched(touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"))
+        name: Touched(touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name))
         for name, touch in rest.touches.items()
     }
 

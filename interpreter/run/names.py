@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.language.expectations import metrics_in
-from softmark.interpreter.language.scene import Declared, Scene, rigid
+from softmark.interpreter.language.scene import RIGID, Declared, Scene, rigid
 from softmark.interpreter.results.names import Named, Names
 from softmark.interpreter.vocabulary.loads import Gravity
 
@@ -17,13 +17,14 @@ def names_of(scene: Scene) -> Names:
 
 
 def _named(scene: Scene, declared: Declared) -> Named:
-    thing, body, metric = declared.thing, None, declared.kind == "metric"
+    thing, body, metric, stiff = declared.thing, None, declared.kind == "metric", rigid(declared)
     if "body" in declared.fields:
         body = thing.body
     return Named(
-        declared.kind, declared.constructor.name, declared.location.span.line, declared.constructor.summary, body,
+        RIGID if stiff else declared.kind, declared.constructor.name, declared.location.span.line,
+        declared.constructor.summary, body,
         thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
-        _poisson(scene, thing.material) if declared.kind == "body" and not rigid(declared) else None,
+        _poisson(scene, thing.material) if declared.kind == "body" and not stiff else None,
     )  # fmt: skip
 
 

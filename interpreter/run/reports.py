@@ -14,7 +14,14 @@ from softmark.interpreter.evidence.stress_notes import asks
 from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
-from softmark.interpreter.results.report import ModelResult, ReferenceResult, Report, SeenSurface, Warned
+from softmark.interpreter.results.report import (
+    ModelResult,
+    ReferenceResult,
+    Report,
+    SeenInstrument,
+    SeenSurface,
+    Warned,
+)
 from softmark.interpreter.results.states import joined, percent
 from softmark.interpreter.run.answers import Work
 from softmark.interpreter.run.environment import describe, environment
@@ -52,6 +59,8 @@ def _measure(work: Work, partial: bool, coloured: bool = False) -> None:
             before = [w.views for w in work.earlier]
             metrics, errors = metrics_of(work.scene, work.views[name], work.views, before, work.plan.models)
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
+            if shape is not None and work.views[name].case.contacts:
+                shape = _beside(work.views[name], shape)
             if coloured and shape is not None and kept is work.models and asks(work.scene):
                 shape = _coloured(work, name, shape)
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
@@ -76,6 +85,13 @@ def _shape(work: Work, name: str, errors: dict[str, np.ndarray]) -> SeenSurface 
         return surface_of(view, place, u, None, None)
     error = np.linalg.norm(u - _drawn(work, known), axis=1)
     return surface_of(view, place, u, error, known.name)
+
+
+def _beside(view: View, shape: SeenSurface) -> SeenSurface:
+    """The surface with the rigid bodies that it may touch."""
+    from softmark.interpreter.run.instruments import instruments
+
+    return replace(shape, instruments=instruments(view.case, shape))
 
 
 def _coloured(work: Work, name: str, shape: SeenSurface) -> SeenSurface:
@@ -139,4 +155,12 @@ def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -
     if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:
         return result.shape
     frames, labels = np.stack([s.position for s in seen]), tuple(map(percent, states))
-    return replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)
+    whole = replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)
+    each = zip(*(s.instruments for s in seen), strict=True)
+    return replace(whole, instruments=tuple(_moved(own) for own in each))
+
+
+def _moved(states: Sequence[SeenInstrument]) -> SeenInstrument:
+    """One rigid body at its places in all states."""
+    turns, shifts = (np.concatenate([getattr(s, name) for s in states]) for name in ("turns", "shifts"))
+    return replace(states[-1], turns=turns, shifts=shifts)

@@ -6,13 +6,18 @@ To add one: a class here with `meshed = False`, a line in SHAPES, and its gap in
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
 from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.polygons import Corners
 from softmark.solvers.mesh.revolved import Revolved
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Surface
+
+SIDES = 8  # of an arc of a rounded rim that is drawn
 
 
 def _grown(bounds: Bounds, by: float) -> Bounds:
@@ -69,6 +74,12 @@ class RoundedBox(Shape):
         a, b, c = (s - 2.0 * r for s in self.size)
         return a * b * c + 2.0 * (a * b + b * c + c * a) * r + math.pi * (a + b + c) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
+    def surface(self, size: float = 0.0) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; of any `size` the same."""
+        from softmark.solvers.mesh.skin import rounded_box_skin
+
+        return rounded_box_skin(self.size, self.rounding, self.origin)
+
 
 class RoundedTurned(Shape):
     """All within `rounding` of a convex body of revolution, its core."""
@@ -105,6 +116,25 @@ class RoundedTurned(Shape):
         """Exact volume, m^3: V + A r + M r^2 + 4/3 pi r^3 of the core, with its mean curvature M (Steiner)."""
         r, core = self.rounding, self._turned
         return core.volume + core.skin * r + _mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
+
+    def surface(self, size: float = 0.0) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; of any `size` the same."""
+        import numpy as np
+
+        from softmark.solvers.mesh.skin import turned_skin
+
+        return turned_skin(np.array(self.outline(SIDES)), self.axis, self.origin)
+
+    def outline(self, sides: int) -> Corners:
+        """The corners (r, z) of half of its section, m, from where it meets its axis on: arcs of so many sides."""
+        flats = list(polygons.edges(self.core))[:-1]  # the last is the axis
+        turns = [-0.5 * math.pi, *(math.atan2(a - c, d - b) for (a, b), (c, d) in flats), 0.5 * math.pi]
+        found: list[tuple[float, float]] = []
+        for (r, z), first, last in zip(self.core, turns[:-1], turns[1:], strict=True):
+            parts = sides if last > first else 0
+            angles = (first + (last - first) * k / (parts or 1) for k in range(parts + 1))
+            found += [(r + self.rounding * math.cos(a), z + self.rounding * math.sin(a)) for a in angles]
+        return tuple(found)
 
 
 def _mean_curvature(corners: Corners) -> float:

@@ -1,4 +1,4 @@
-"""The surface of a body along an axis, without a mesh: rings along its axis, and a cap at each end."""
+"""Surfaces without a mesh: of a body along an axis, of one turned about it, and of a box with rounded edges."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.solvers.mesh.shape import Vector3, transverse
+
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Swept
 
@@ -14,6 +16,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 AROUND, ALONG = 32, 48
+QUARTER = 4  # facets of half of a rounded edge
 
 
 def skin_of(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
@@ -57,3 +60,46 @@ def _between(start: int, i: Ints, j: Ints, k: int) -> Ints:
 
 def _fan(centre: int, i: Ints, j: Ints) -> Ints:
     return np.stack([np.full(len(i), centre), i, j], axis=1)
+
+
+def turned_skin(outline: Floats, axis: Vector3, origin: Vector3, around: int = AROUND) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3), outward, of an outline (m, 2) of r and z from pole to pole, turned."""
+    a = 2.0 * np.pi * np.arange(around) / around
+    ends, sides = outline[[0, -1], 1], outline[1:-1]
+    rings = np.stack([sides[:, :1] * np.cos(a), sides[:, :1] * np.sin(a), np.repeat(sides[:, 1:], around, 1)], axis=2)
+    local = np.concatenate([rings.reshape(-1, 3), np.outer(ends, [0.0, 0.0, 1.0])])
+    i = np.arange(around)
+    j, last = (i + 1) % around, len(local) - 1
+    rows = [_between(around * s, i, j, around) for s in range(len(sides) - 1)]
+    caps = [_fan(last - 1, j, i), _fan(last, i + last - 1 - around, j + last - 1 - around)]
+    points = local @ np.array([*transverse(axis), axis]) + np.array(origin)
+    return points, np.concatenate([*rows, *caps]).astype(np.int64)
+
+
+def rounded_box_skin(size: Vector3, rounding: float, origin: Vector3) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3), outward, of a box whose edges are rounded: each face of it bent down."""
+    half, edge = 0.5 * np.array(size), rounding * np.tan(np.linspace(0.0, 0.25 * np.pi, QUARTER + 1))
+    core, points, triangles = half - rounding, list[Floats](), list[Ints]()
+    ends = [np.concatenate([-(c + edge[::-1]), c + edge]) for c in core]
+    for k in range(3):
+        first, second = (k + 1) % 3, (k + 2) % 3
+        for sign in (1.0, -1.0):
+            face = np.empty((len(ends[first]), len(ends[second]), 3))
+            face[..., first], face[..., second] = np.meshgrid(ends[first], ends[second], indexing="ij")
+            face[..., k] = sign * half[k]
+            points.append(face.reshape(-1, 3))  # of every face as many
+            triangles.append(_lattice(*face.shape[:2], flipped=sign < 0.0) + len(triangles) * len(points[0]))
+    X = np.concatenate(points)
+    _, kept, numbers = np.unique((X / rounding).round(6), axis=0, return_index=True, return_inverse=True)
+    X, within = X[kept], np.clip(X[kept], -core, core)
+    away = X - within
+    round_off = within + rounding * away / np.linalg.norm(away, axis=1, keepdims=True)
+    return round_off + half + np.array(origin), numbers.ravel()[np.concatenate(triangles)].astype(np.int64)
+
+
+def _lattice(n: int, m: int, flipped: bool) -> Ints:
+    """Two triangles for each cell of n x m points."""
+    p = np.arange(n * m).reshape(n, m)
+    a, b, c, d = p[:-1, :-1].ravel(), p[1:, :-1].ravel(), p[1:, 1:].ravel(), p[:-1, 1:].ravel()
+    found = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return found[:, ::-1] if flipped else found

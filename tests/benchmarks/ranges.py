@@ -1,7 +1,8 @@
-"""The measured ranges that `dsl explain` shows: `python tests/benchmarks/ranges.py DIR/stress.json SECONDS`.
+"""The measured ranges that `dsl explain` shows: `python tests/benchmarks/ranges.py DIR/stress.json SECONDS [WORD ...]`.
 
-`dsl stress beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes
-`interpreter/cli/ranges.json` from it.
+`dsl stress beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes its part of
+`interpreter/cli/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
+indentation, and not those of its models.
 """
 
 from __future__ import annotations
@@ -14,14 +15,16 @@ import softmark
 from softmark.interpreter.cli import ranges
 
 
-def main(file: str, seconds: str) -> None:
+def main(file: str, seconds: str, *words: str) -> None:
     """Read a stability study, and write where each of its models was right."""
     stress = json.loads(Path(file).read_text(encoding="utf-8"))
     scene = softmark.load(stress["scene"]["file"])
     constructors = {name: declared.constructor.name for name, declared in scene.scene.of_kind("model").items()}
     found = ranges.ranges_of(stress, constructors, float(seconds))
+    found |= {"words": words} if words else {}
     path = Path(ranges.__file__).with_name(ranges.FILE)
-    path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    others = [study for study in json.loads(path.read_text(encoding="utf-8")) if study["scene"] != found["scene"]]
+    path.write_text(json.dumps([*others, found], indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(f"{path}: {len(found['models'])} models from {found['points']} points")
 
 

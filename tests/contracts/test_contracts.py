@@ -118,6 +118,7 @@ SHAPED: dict[str, dict[str, Any]] = {
 MEASURED: dict[str, dict[str, Any]] = {
     "contact_area": {"of": "touch"},
     "contact_pressure": {"of": "touch"},
+    "pressure_along": {"of": "touch"},
     "gap": {"of": "touch"},
     "slip": {"of": "touch"},
     "stick_area": {"of": "touch"},

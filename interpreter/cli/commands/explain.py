@@ -204,7 +204,7 @@ def _constructor(c: Constructor) -> str:
     if issubclass(c.cls, Reference):
         about = f"{c.cls.usually()}, {c.cls.means}" if c.cls.means else c.cls.usually()
         lines += ["", f"Kind: {about}", f"Source: {c.cls.source}"]
-    if c.kind == "model" and (measured := ranges.lines(c.name)):
+    if measured := ranges.lines(c.name):
         lines += ["", *measured]
     return "\n".join(lines)
 

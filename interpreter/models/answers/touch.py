@@ -16,7 +16,6 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
-    from softmark.interpreter.results.loads import Vector
     from softmark.solvers.contact.touching import Touching
 
 SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
@@ -31,6 +30,13 @@ class Surface:
     may: Ints
     pressing: Pressing
 
+    @property
+    def edge(self) -> float:
+        """The usual length of an edge of its facets, m."""
+        corners = self.X[self.pressing.corners]
+        lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        return float(np.median(lengths[lengths > 0.0]))
+
     @cached_property
     def at_nodes(self) -> Mapping[str, Floats]:
         """`pressure`, Pa, and `gap`, m, at all nodes (n,)."""
@@ -38,18 +44,18 @@ class Surface:
         own[self.may] = self.pressing.g[self.may]
         return {"pressure": self.pressing.pressures, "gap": own}
 
-    def pressure(self, point: Vector) -> float | None:
-        """At a material point, m: Pa, linear on triangles. None where it is not on the surface."""
+    def pressures(self, X: Floats) -> Floats:
+        """At material points X (n, 3), m: Pa (n,), linear on triangles. Not a number of one that is not on it."""
         from softmark.solvers.contact.gaps.boxes import Boxes
 
         split = np.array(self.pressing.plain.halves)
         triangles = self.pressing.corners[:, split].reshape(-1, 3)
-        X = self.X[triangles]
-        (nearest,), (share,) = Boxes(X).closest(np.array([point]))
-        far = float(np.linalg.norm(share @ X[nearest] - np.array(point)))
-        if far > ON * float(np.linalg.norm(np.ptp(X.reshape(-1, 3), axis=0))):
-            return None
-        return float(share @ self.pressing.pressures[triangles[nearest]])
+        corners = self.X[triangles]
+        nearest, shares = Boxes(corners).closest(X)
+        far = np.linalg.norm(np.einsum("na,nai->ni", shares, corners[nearest]) - X, axis=1)
+        found: Floats = np.einsum("na,na->n", shares, self.pressing.pressures[triangles[nearest]])
+        size = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
+        return np.where(far > ON * size, np.nan, found)
 
 
 def _alike(X: Floats) -> Ints:

@@ -1,6 +1,7 @@
 // Stress, strain and stretch as colour: in pages of scenes that ask for them, and in no others.
 function carry(app) {
   const { figure, solids, data, get } = app, which = get(".number select");
+  data.carried = data.carried || []; // of a body that nobody asks about, beside one that somebody does
   const unpacked = (text) => new Uint16Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
   for (const solid of solids) {
     solid.numbers = (solid.carried || []).map((n) => n && n.values && {

@@ -22,6 +22,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
     solid.place = (packed, i) => given.low[i % 3] + packed * step[i % 3];
     return solid;
   });
+  instrumented(data, solids, bytes); // with instruments.js
   const moving = solids.filter((s) => s.course), last = Math.max(0, ...moving.map((s) => s.times[s.times.length - 1]));
 
   // Positions at a time, on a straight line between two frames that are known.
@@ -36,6 +37,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
       for (let i = 0; i < n; i++) X[i] = place((1 - w) * course[a + i] + w * course[b + i], i);
     }
     solid.known = !course || time >= times[times.length - 1];
+    accompany(solid, time); // with instruments.js
   }
 
   // ---------------------------------------------------------------- what is chosen
@@ -59,16 +61,19 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
   let fitted = null;
   function fit() {
     const axes = basis(), low = [Infinity, Infinity], high = [-Infinity, -Infinity];
-    for (const solid of solids)
+    const take = (x, y, z) => {
+      for (let k = 0; k < 2; k++) {
+        const p = axes[k][0] * x + axes[k][1] * y + axes[k][2] * z;
+        if (p < low[k]) low[k] = p;
+        if (p > high[k]) high[k] = p;
+      }
+    };
+    for (const solid of solids) {
       for (const packed of [solid.end, solid.course || []])
-        for (let i = 0; i < packed.length; i += 3) {
-          const x = solid.place(packed[i], 0), y = solid.place(packed[i + 1], 1), z = solid.place(packed[i + 2], 2);
-          for (let k = 0; k < 2; k++) {
-            const p = axes[k][0] * x + axes[k][1] * y + axes[k][2] * z;
-            if (p < low[k]) low[k] = p;
-            if (p > high[k]) high[k] = p;
-          }
-        }
+        for (let i = 0; i < packed.length; i += 3)
+          take(solid.place(packed[i], 0), solid.place(packed[i + 1], 1), solid.place(packed[i + 2], 2));
+      reached(app, solid, take); // with instruments.js
+    }
     const [u, v] = [0, 1].map((k) => (low[k] + high[k]) / 2);
     const centre = [0, 1, 2].map((k) => u * axes[0][k] + v * axes[1][k]);
     fitted = { centre, width: Math.max(1e-9, high[0] - low[0]), height: Math.max(1e-9, high[1] - low[1]) };
@@ -88,6 +93,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
     const pale = rest.map((x, k) => 0.38 * x + 0.62 * surface[k]);
     inks = {
       own: solids.map((s) => { const c = rgb(css(s.panel, "--c")); return palette(() => c.map((x, k) => 0.9 * x + 0.12 * 255)); }),
+      glass: palette(() => rgb(css(figure, "--soft"))), // with instruments.js
       ghost: palette(() => pale), edge: pixel(rgb(css(figure, "--ink")), 190), trace: pixel(rest, 235),
       ink: css(figure, "--ink"), soft: css(figure, "--soft"),
     };
@@ -145,6 +151,7 @@ document.querySelectorAll("figure.shapes").forEach((figure) => {
     }
     const drawn = outline(into, into.owner, inks.edge);
     if (trace) outline(into, trace, inks.trace);
+    veil(canvas, shown, into, (body, glass) => project(body, axes, glass, scale), inks.glass, inks.trace); // with instruments.js
     const pen = canvas.getContext("2d");
     pen.putImageData(into.image, 0, 0);
     rule(pen, into, scale, ratio);

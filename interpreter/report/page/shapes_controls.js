@@ -87,6 +87,8 @@ function controls(app) {
     const { width, height, owner, facet } = canvas.frame;
     const x = Math.floor((event.clientX - box.left) / box.width * width), y = Math.floor((event.clientY - box.top) / box.height * height);
     const solid = solids[owner[y * width + x] - 1];
+    const beside = !solid && instrumentAt(app, canvas, x, y); // with instruments.js
+    if (beside) return show(event, beside.name, ["rigid"]); // with instruments.js
     if (!solid) return hush();
     const t = facet[y * width + x], p = nearest(solid, t, x, y);
     const place = [0, 1, 2].map((k) => "xyz"[k] + "\u00a0" + app.metres(Math.abs(solid.X[3 * p + k])).replace(/^/, solid.X[3 * p + k] < 0 ? "−" : ""));

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from softmark.interpreter.report.page.document import document
 from softmark.interpreter.report.page.markup import plain
 from softmark.interpreter.report.run.figures import (
+    along_lines,
     centre_lines,
     comparison,
     convergence,
@@ -44,6 +45,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("refinement", refinement.section_of),
     ("states", over_states.section_of),
     ("curves", measured_curves.section_of),
+    ("along", along_lines.section_of),
     ("values", values.section_of),
     ("published", published.section_of),
     ("distribution", histograms.section_of),
@@ -71,6 +73,7 @@ def render(report: Report) -> str:
     findings = Findings(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]
     carried = any('value="carried"' in markup for _, markup in sections)
+    rigid = any('"instruments": [{' in markup for _, markup in sections)
     shown = any('class="shapes"' in markup for _, markup in sections)  # only then what draws them goes in
     return document(
         f"{title(findings)} – softmark report",
@@ -84,6 +87,7 @@ def render(report: Report) -> str:
             "report.js",
             *(["raster.js"] if shown else []),
             *(["carried.js"] if carried else []),
+            *(["instruments.js"] if rigid else []),
             *(["shapes_controls.js", "shapes.js"] if shown else []),
         ],
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from softmark.interpreter.report.page.sheet import Cell, csv_link, short
 from softmark.interpreter.report.run.bodies import bodies
 from softmark.interpreter.report.run.findings import Findings, Result
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
+from softmark.interpreter.report.view3d import instruments
 from softmark.interpreter.report.view3d.camera import letters, view_of
 from softmark.interpreter.report.view3d.still import CameraView, seen_box, still
 from softmark.interpreter.report.view3d.surfaces import (
@@ -201,9 +202,10 @@ class _Shapes:
             role="img",
             aria_label=plain(f"All shapes, one over the other. {self._ranking()}"),
         )
+        columns = _columns_of(len(self.first))
         return tag(
             "div", panels, everyone, class_="stage", tabindex=0, role="group", aria_label=STAGE,
-            style=f"--aspect:{aspect:.3f};--columns:{_columns_of(len(self.first))}",
+            style=f"--aspect:{aspect:.3f};--columns:{columns};--narrow:{min(columns, 2)}",
         )  # fmt: skip
 
     def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
@@ -237,15 +239,23 @@ class _Shapes:
                 meshes[key] = len(meshes)
                 triangles.append(packed_triangles(shape.triangles))
             packs.append(packed(name, shape, meshes[key]) | (self.carried.packed(name) if self.carried else {}))
-        data = {
-            "view": (self.view.turn, self.view.tilt),
-            "frame": self.view.frame.tolist(),
-            "most": self.most,
-            "clipped": self.clipped,
-            "decades": DECADES,
-            "meshes": triangles,
-            "shapes": packs,
-        } | ({"carried": self.carried.data()} if self.carried else {})
+        beside: dict[str, Any] = {}
+        if any(shape.instruments for shape in self.shapes.values()):
+            beside, places = instruments.packed_instruments(self.shapes)
+            packs = [pack | places[name] for name, pack in zip(self.shapes, packs, strict=True)]
+        data = (
+            {
+                "view": (self.view.turn, self.view.tilt),
+                "frame": self.view.frame.tolist(),
+                "most": self.most,
+                "clipped": self.clipped,
+                "decades": DECADES,
+                "meshes": triangles,
+                "shapes": packs,
+            }
+            | ({"carried": self.carried.data()} if self.carried else {})
+            | beside
+        )
         return tag("script", json.dumps(data).replace("<", "\\u003c"), type="application/json")
 
     # -------------------------------------------------------------- words
@@ -277,6 +287,8 @@ class _Shapes:
         step = quantity(step_of(self.shapes), "m", 2)
         if self.carried:
             plainly += self.carried.caption(bool(self.errors))
+        moment = "" if not self.dynamic else " in each state" if self.in_states else " at every moment"
+        plainly += instruments.caption(self.shapes.values(), moment)
         notes = " ".join(["", *self.small.notes])
         total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
         shown = crowded(total, first, "boxes")

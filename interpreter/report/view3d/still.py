@@ -9,6 +9,7 @@ import numpy as np
 
 from softmark.interpreter.report.charts.colours import viridis
 from softmark.interpreter.report.page.markup import plain, tag, text
+from softmark.interpreter.report.view3d.instruments import room_of
 from softmark.interpreter.report.view3d.surfaces import Floats, thinned
 from softmark.interpreter.results.report import SeenSurface
 from softmark.records import dataclass
@@ -16,6 +17,7 @@ from softmark.records import dataclass
 POLYGONS = 400  # of one shape
 CELL, GAP, NAME = 230.0, 14.0, 24.0  # pixels
 COLUMNS = 4
+SEEN_THROUGH = 0.5  # of rigid bodies
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,10 @@ def axes_of(view: CameraView) -> Floats:
 
 def seen_box(shapes: Mapping[str, SeenSurface], view: CameraView) -> tuple[Floats, Floats]:
     """The corners (2,) of what the reader sees of all shapes at all times, m."""
-    axes, flat = axes_of(view)[:2].T, []
+    axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
     for shape in shapes.values():
         flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
+        flat += [X @ axes for X in room.positions(shape)]
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 
@@ -64,10 +67,13 @@ def still(
     height = float(high[1] - low[1]) * scale + NAME + GAP
     columns = min(COLUMNS, len(shapes))
     rows = -(-len(shapes) // columns)
-    panels = []
+    panels, room = [], room_of(shapes.values())
     for i, (name, shape) in enumerate(shapes.items()):
         x, y = (i % columns) * (CELL + GAP), (i // columns) * height
         inside = _polygons(thinned(shape, POLYGONS, triangles=True), view, low, high, scale, most)
+        for own in shape.instruments:
+            beside = thinned(SeenSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
+            inside += tag("g", _polygons(beside, view, low, high, scale, most), opacity=SEEN_THROUGH)
         label = tag("text", text(name), x=f"{CELL / 2:.0f}", y=f"{height - GAP:.0f}", text_anchor="middle")
         panels.append(tag("g", inside, label, transform=f"translate({x:.0f} {y:.0f})"))
     title = tag("title", text(plain(words[0])), id=f"{key}-t")

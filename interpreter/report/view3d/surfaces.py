@@ -62,7 +62,8 @@ def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
     chosen = picked(len(shape.times), most)
     labels = tuple(shape.labels[i] for i in chosen) if shape.labels else ()
     times = np.arange(len(chosen), dtype=np.float64) if labels else shape.times[chosen]
-    return replace(shape, times=times, frames=shape.frames[chosen], labels=labels)
+    beside = tuple(i if len(i.turns) == 1 else i.sampled(chosen) for i in shape.instruments)
+    return replace(shape, times=times, frames=shape.frames[chosen], labels=labels, instruments=beside)
 
 
 def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) -> list[str]:

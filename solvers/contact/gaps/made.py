@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from softmark.solvers.contact.gaps.flats import Brick, Half, Prism
 from softmark.solvers.contact.gaps.gap import Gap
 from softmark.solvers.contact.gaps.round import Ball, Rounded
@@ -11,7 +9,6 @@ from softmark.solvers.contact.gaps.turned import Turned, middle
 from softmark.solvers.mesh.extruded import Extruded
 from softmark.solvers.mesh.filled import Enclosed
 from softmark.solvers.mesh.instruments import HalfSpace, RoundedBox, RoundedTurned
-from softmark.solvers.mesh.polygons import Corners
 from softmark.solvers.mesh.revolved import Revolution
 from softmark.solvers.mesh.shape import Shape, Vector3, moved
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -74,25 +71,8 @@ def revolved(shape: Revolution) -> Gap:
 def rounded(shape: RoundedTurned) -> Gap:
     """Of what is rounded all around: its core, and all that is near."""
     core = Turned(shape.core, shape.axis, shape.origin)
-    centre = moved(shape.origin, (middle(_rounded(shape.core, shape.rounding)), shape.axis))
+    centre = moved(shape.origin, (middle(shape.outline(ARC)), shape.axis))
     return Rounded(core, shape.rounding, centre)
-
-
-def _rounded(corners: Corners, radius: float) -> Corners:
-    """The corners of a convex half-section, grown by a radius all around, m: arcs of many sides, from axis to axis."""
-    around = Turned(corners, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)).outline.sides
-    turns = [math.atan2(y, x) for x, y in around.normal.tolist()]
-    places = [*around.start.tolist(), (around.start[-1] + around.way[-1]).tolist()]
-    ends = [-0.5 * math.pi, *turns, 0.5 * math.pi]
-    found = [
-        (
-            r + radius * math.cos(first + (last - first) * k / ARC),
-            z + radius * math.sin(first + (last - first) * k / ARC),
-        )
-        for (r, z), first, last in zip(places, ends[:-1], ends[1:], strict=True)
-        for k in range(ARC + 1)
-    ]
-    return tuple(found)
 
 
 def extruded(shape: Extruded) -> Gap:

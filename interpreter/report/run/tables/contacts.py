@@ -20,7 +20,8 @@ LEAD = (
 HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
 NOTHING = "\N{EN DASH}"
 ROUNDING = 1e-8  # of the largest component
-DIGITS = 4  # of an area
+DIGITS = 4  # of an area, and of what a line of the terminal says
+MISSED = 0.005  # of what a contact selects: less is not worth a word
 
 
 def section_of(findings: Findings) -> str:
@@ -35,14 +36,16 @@ def _row(contact: str, model: str, own: Touched) -> str:
     touch = own.touch
     said = []
     if touch.left:
-        said.append(f"a gap of {units.show(touch.left, units.LENGTH)} is left where it presses")
+        said.append(f"a gap of {units.show(rounded(touch.left, 2), units.LENGTH)} is left where it presses")
     if own.overlap:
-        said.append(f"facets cut in by up to {units.show(own.overlap, units.LENGTH)} between their nodes")
+        said.append(f"facets cut in by up to {units.show(rounded(own.overlap, 2), units.LENGTH)} between their nodes")
+    if own.taken is not None and abs(1.0 - own.taken) > MISSED:
+        said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
     cells = (
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
         _area(touch.area),
-        units.show(touch.pressure, units.PRESSURE),
-        units.show(touch.gap, units.LENGTH),
+        units.show(rounded(touch.pressure, DIGITS), units.PRESSURE),
+        units.show(rounded(touch.gap, DIGITS), units.LENGTH),
     )
     return tag("tr", *(row_head(contact), tag("td", tag("code", text(model)))), *(tag("td", text(c)) for c in cells),
                tag("td", prose("; ".join(said) or NOTHING)))  # fmt: skip
@@ -58,8 +61,9 @@ def lines(report: Report) -> Iterator[str]:
     for contact, each in by_thing({n: m.contacts for n, m in report.models.items() if m.status == "converged"}).items():
         for model, own in each.items():
             if not own.touch.pressure:
-                yield f"{contact} does not touch in {model}: {units.show(own.touch.gap, units.LENGTH)} are left"
+                left = units.show(rounded(own.touch.gap, DIGITS), units.LENGTH)
+                yield f"{contact} does not touch in {model}: {left} are left"
                 continue
-            force = units.show(sum(c * c for c in own.reaction.force) ** 0.5, units.FORCE)
-            most = units.show(own.touch.pressure, units.PRESSURE)
+            force = units.show(rounded(sum(c * c for c in own.reaction.force) ** 0.5, DIGITS), units.FORCE)
+            most = units.show(rounded(own.touch.pressure, DIGITS), units.PRESSURE)
             yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"

@@ -10,7 +10,7 @@ from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
 from softmark.interpreter.results.reactions import HeldSupport
-from softmark.interpreter.results.report import Report
+from softmark.interpreter.results.report import ModelResult, Report
 
 LEAD = (
     "What every support does to the body at rest{}: its force, and its moment about the middle of what it holds. "
@@ -58,7 +58,7 @@ def _listed(names: Sequence[str]) -> str:
 def lines(report: Report) -> Iterator[str]:
     """`wall carries 2.06 N in tet, hex, 2.12 N in rod`: sizes of forces, those that agree on three digits once."""
     everyone = {n: m.reactions for n, m in report.models.items()}
-    least = {n: ROUNDING * max(map(_size, own.values()), default=0.0) for n, own in everyone.items()}
+    least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
     for support, own in by_thing(everyone).items():
         alike: dict[str, list[str]] = {}
         for name, held in own.items():
@@ -68,6 +68,12 @@ def lines(report: Report) -> Iterator[str]:
         if alike:
             each = (f"{size} in {_who(names)}" for size, names in alike.items())
             yield f"{support} carries {', '.join(each)}"
+
+
+def _largest(model: ModelResult) -> float:
+    """Of all supports and contacts, N: beside it what supports carry may be nothing."""
+    pressed = (sum(c * c for c in own.reaction.force) ** 0.5 for own in model.contacts.values())
+    return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
 
 
 def _size(held: HeldSupport) -> float:

@@ -1,0 +1,89 @@
+"""What a mesh makes of contacts with rigid bodies: what of a selection may touch, and how facets cut into what presses.
+
+A facet may touch as a whole, be it that `where` selects a part of it alone. What presses on such facets may be that
+much wrong, and is that part of the stated error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.amounts import rounded
+from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.problem.parts.surface import loaded
+from softmark.solvers.contact.gaps import gap_of
+
+if TYPE_CHECKING:
+    from softmark.interpreter.evidence.answer import Answer
+    from softmark.interpreter.evidence.probe_answers import ProbeAnswer
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case, Touch
+    from softmark.interpreter.results.reactions import AtRest
+    from softmark.solvers.mesh.mesh import Mesh
+
+NOTHING = 1e-6  # of the size of the body
+DEEP = 0.25  # of how far the body moves, or of the least radius of what presses: facets that cut in so far miss it
+
+
+def shares(case: Case, mesh: Mesh | None) -> dict[str, float]:
+    """The area of facets that may touch over that of what each contact selects, by name, as far as that is known."""
+    found = {touch.name: _share(case, touch, mesh) for touch in case.contacts if mesh is not None}
+    return {name: share for name, share in found.items() if share is not None}
+
+
+def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
+    where = touch.thing.where
+    if where == EVERYWHERE:
+        return None
+    from softmark.interpreter.problem.parts.outline import edged
+    from softmark.interpreter.problem.parts.true import selected
+
+    known = None if case.planar else selected(case.shape, where)
+    exact = edged(case.shape, where, case.depth) if case.planar else known and known[0]
+    own = loaded(case.shape, mesh, where)
+    taken = np.unique(own.touched, axis=0)
+    sides = loaded(case.shape, mesh, EVERYWHERE)
+    return sides.of_facets(taken).area_of(case.depth) / exact if exact else None
+
+
+def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
+    """The part of the stated error that comes of facets that a contact selects a part of; none where there are none."""
+    mesh = whole.prepared.mesh
+    if mesh is None:
+        return {}
+    cut = {t.name: np.unique(loaded(whole.case.shape, mesh, t.thing.where).nodes) for t in whole.case.contacts}
+    if not any(len(nodes) for nodes in cut.values()):
+        return {}
+    return {"touching": lambda seen: max(_pressed(seen.at_rest, name, own) for name, own in cut.items()) * seen.size}
+
+
+def _pressed(rest: AtRest | None, name: str, nodes: Any) -> float:
+    """What share of the forces of a contact acts on some nodes."""
+    field: Any = None if rest is None or name not in rest.touches else rest.touches[name].field
+    if field is None:
+        return 0.0
+    f = np.maximum(field.pressing.f, 0.0)
+    return float(f[nodes].sum() / total) if (total := float(f.sum())) > 0.0 else 0.0
+
+
+def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning for each contact whose facets cut so deep into what presses that they do not follow it."""
+    checks = (facts.get("checks") or {}).get("contact") or {}
+    for touch in case.contacts:
+        gap, deep = gap_of(touch.rigid.thing.shape), (checks.get(touch.name) or {}).get("overlap") or 0.0
+        sharpest = np.inf if gap is None else gap.sharpest or np.inf
+        if rest.reason is None and deep > max(DEEP * min(rest.moved, sharpest), NOTHING * rest.extent):
+            yield diagnostic(
+                "W659",
+                declared.at("size" if "size" in declared.fields else ""),
+                f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into"
+                f" `{touch.rigid.name}` between their nodes",
+                "too coarse for what presses",
+                "it may have gone through between them: use cells as fine as the least radius of what presses",
+            )

@@ -1,0 +1,146 @@
+"""Surfaces of rigid bodies: in space, their section by z = 0, and where they are sharp.
+
+A half-space is a plate beneath the body and somewhat wider.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.problem.points import pictured
+from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.mesh.instruments import HalfSpace
+from softmark.solvers.mesh.shape import Swept, transverse
+from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.mesh.skin import skin_of
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Floats, Ints
+    from softmark.solvers.mesh.shape import Shape
+
+WIDER, THICK = 0.25, 0.04  # of the diagonal of the body: what a half-space is drawn as is a plate, wider than the body
+ROUND = 64, 24  # points around and along rigid bodies with an axis
+SHORT = 1e-7  # of its size: points of a cut that are closer are one
+SHARP = 0.978  # cosine of 12 degrees: facets around a corner that lean more from their mean than this
+
+
+def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:
+    """Of a rigid body where it is declared, beside a body at points (n, 3), m."""
+    if isinstance(shape, HalfSpace):
+        return _plate(shape, position)
+    return skin_of(shape, *ROUND) if isinstance(shape, Swept) else pictured(shape)
+
+
+def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
+    """A plate with one face on the plane, beneath or above a body at points (n, 3), m."""
+    normal = np.array(shape.normal)
+    low, high = position.min(axis=0), position.max(axis=0)
+    middle = 0.5 * (low + high)
+    middle -= ((middle - np.array(shape.origin)) @ normal) * normal
+    frame = np.array([*transverse(shape.normal), shape.normal])
+    size = float(np.linalg.norm(high - low))
+    wide, deep = (float(np.abs(row) @ (high - low)) + WIDER * size for row in frame[:2])
+    thick = THICK * size
+    X, triangles = skin_of(Box((wide, deep, thick), (-0.5 * wide, -0.5 * deep, -thick)), 4, 1)
+    return X @ frame + middle, triangles
+
+
+def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool) -> tuple[Floats, Ints]:
+    """What z = 0 cuts out of the surface of a shape, over a span of z, m; all of it, or the half with x >= 0."""
+    lines = _lines(X, triangles)
+    lines = _beside_axis(lines) if half else lines
+    small = SHORT * float(np.ptp(X, axis=0).max())
+    P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
+    P, ends = P * small, ends.reshape(-1, 2)
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    if len(P) < 3:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    flat, n = _filled(P, shape), len(P)
+    points = np.concatenate([np.column_stack([P, np.full(n, z)]) for z in span])
+    a, b = ends.T
+    walls = [np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)]
+    return points, np.concatenate([flat[:, ::-1], flat + n, *walls])
+
+
+def _lines(X: Floats, triangles: Ints) -> Floats:
+    """Where triangles pass z = 0 (k, 2, 2), m: the one line of each that does, with the body to its left."""
+    corners = X[triangles]
+    above = corners[..., 2] >= 0.0
+    own = above.any(axis=1) & ~above.all(axis=1)
+    corners, above = corners[own], above[own]
+    alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), (~above).argmax(axis=1))
+    first, second, third = (np.take_along_axis(corners, ((alone + k) % 3)[:, None, None], 1)[:, 0] for k in range(3))
+    lines = np.stack([_passing(first, second), _passing(first, third)], axis=1)
+    turned = ~above[np.arange(len(alone)), alone]
+    lines[turned] = lines[turned][:, ::-1]
+    return lines
+
+
+def _passing(a: Floats, b: Floats) -> Floats:
+    """Where lines from a to b (k, 3) pass z = 0 (k, 2), m."""
+    share = (a[:, 2] / (a[:, 2] - b[:, 2]))[:, None]
+    found: Floats = ((1.0 - share) * a + share * b)[:, :2]
+    return found
+
+
+def _beside_axis(lines: Floats) -> Floats:
+    """What of lines (k, 2, 2) has x >= 0, m."""
+    lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
+    a, b = lines[:, 0], lines[:, 1]
+    for end, other in ((a, b), (b, a)):
+        out = end[:, 0] < 0.0
+        share = end[out, :1] / (end[out, :1] - other[out, :1])
+        end[out] += share * (other[out] - end[out])
+    return lines
+
+
+def _filled(P: Floats, shape: Shape) -> Ints:
+    """Triangles (t, 3), counter-clockwise, of the section of a shape with points P (n, 2), m, on its border."""
+    from scipy.spatial import Delaunay
+
+    flat: Ints = Delaunay(P).simplices.astype(np.int64)
+    u, v = P[flat[:, 1]] - P[flat[:, 0]], P[flat[:, 2]] - P[flat[:, 0]]
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    flat[area < 0.0] = flat[area < 0.0][:, ::-1]
+    if shape.convex:
+        return flat
+    middle = P[flat].mean(axis=1)
+    gap = gap_of(shape)
+    assert gap is not None  # refused when the scene is checked
+    return flat[gap.gap(np.column_stack([middle, np.zeros(len(flat))])) < 0.0]
+
+
+def sharp(X: Floats, triangles: Ints) -> Floats:
+    """Points (n, 3) of a closed surface in space at edges, tips and corners that point outward, m."""
+    corners = X[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    away = np.repeat(corners.mean(axis=1), 3, axis=0) - corners.reshape(-1, 3)
+    return _leaning(X, triangles.ravel(), np.repeat(normals, 3, axis=0), away)
+
+
+def sharp_in_section(X: Floats, triangles: Ints) -> Floats:
+    """Points (n, 3), z = 0, of the section of a closed surface where its border has corners that point outward, m."""
+    lines = _lines(X, triangles)
+    small = SHORT * float(np.ptp(X, axis=0).max())
+    P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
+    P, ends = P * small, ends.reshape(-1, 2)
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    if not len(ends):
+        return np.zeros((0, 3))
+    way = P[ends[:, 1]] - P[ends[:, 0]]
+    normals = np.stack([way[:, 1], -way[:, 0], 0.0 * way[:, 0]], axis=1) / np.linalg.norm(way, axis=1, keepdims=True)
+    points = np.column_stack([P, np.zeros(len(P))])
+    away = (points[ends].mean(axis=1)[:, None] - points[ends]).reshape(-1, 3)
+    return _leaning(points, ends.ravel(), np.repeat(normals, 2, axis=0), away)
+
+
+def _leaning(X: Floats, at: Ints, normals: Floats, away: Floats) -> Floats:
+    """Those of X (n, 3) around which normals (k, 3) of what is there, `at` (k,), lean, and all goes `away` (k, 3)."""
+    mean = np.stack([np.bincount(at, column, len(X)) for column in normals.T], axis=1)
+    mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    least, behind = np.ones(len(X)), np.bincount(at, np.einsum("ki,ki->k", away, mean[at]), len(X))
+    np.minimum.at(least, at, np.einsum("ki,ki->k", normals, mean[at]))
+    return X[(least < SHARP) & (behind < 0.0)]
