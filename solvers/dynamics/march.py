@@ -19,7 +19,7 @@ from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.impact import Bounce
+    from softmark.solvers.dynamics.impact import Bounce, Rubbed
 
 NOISE = 1e4  # times the rounding of forces
 
@@ -203,6 +203,7 @@ class _March:
             lagged.failures if lagged else 0,
             self.account.balance,
             self._impacts(),
+            self._rubbed(),
         )
 
     def _impacts(self) -> tuple[Bounce, ...] | None:
@@ -213,6 +214,11 @@ class _March:
         from softmark.solvers.dynamics.impact import bounces
 
         return tuple(bounces(impact.log))
+
+    def _rubbed(self) -> tuple[tuple[Rubbed, ...], ...]:
+        """What friction made of contacts at every time."""
+        impact = self.system.forces.impact
+        return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)
 
 
 def _times(share: float) -> str:
