@@ -63,8 +63,8 @@ class Forces:
 
     @property
     def turns(self) -> bool:
-        """Whether rotations are among the unknowns."""
-        return self._blocks is not None
+        """Whether rotations are among the unknowns, and nothing keeps clear of anything."""
+        return self._blocks is not None and not self.contacts
 
     def inertia(self, a: Floats) -> Floats:
         """M a (dofs,), N."""

@@ -43,6 +43,7 @@ class Impact:
     def __init__(self, contacts: Sequence[Touching], courses: Sequence[Course], slots: Sequence[Ints]) -> None:
         self.contacts: list[Any] = list(contacts)
         self.courses, self.slots = tuple(courses), tuple(slots)
+        self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)  # unknowns of theirs
         self.rubs = any(c.rubs for c in contacts)
         self.slid: list[Floats | float] = [0.0 for _ in contacts]  # how far each node has slid in all (m,), m
         self._first = [c.barrier.stiffness for c in contacts]
@@ -69,7 +70,8 @@ class Impact:
         rubbed = tuple(self._settled(i, c, motion.x) for i, c in enumerate(here.posed) if c.rubs)
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
         shares = tuple(c.share for c in here.posed)
-        driven, self._shares = bool(self.log) and shares != self._shares, shares
+        moved = self.free is not None or shares != self._shares
+        driven, self._shares = bool(self.log) and moved, shares
         self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed))
 
     def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:

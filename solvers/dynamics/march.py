@@ -123,8 +123,9 @@ class _March:
         """Keep an eye on contacts."""
         forces = self.system.forces
         if forces.impact is not None:
-            momentum = (forces.M @ motion.v).reshape(-1, 3).sum(axis=0)
-            forces.impact.follow(motion, momentum, float(forces.M.sum()) / 3.0)
+            own = slice(None, forces.impact.free)  # without free rigid bodies
+            momentum = (forces.M @ motion.v)[own].reshape(-1, 3).sum(axis=0)
+            forces.impact.follow(motion, momentum, float(forces.M[own].sum()) / 3.0)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)

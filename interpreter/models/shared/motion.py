@@ -391,7 +391,8 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 def must_be_followed(case: Case, analysis: Dynamic) -> None:
     """Refuse tables that cannot be read, or do not go over the analysis. Raises Fault."""
-    for moved in (*case.loads, *case.muscles, *case.supports):
+    pulling = (load for touch in case.contacts for load in touch.loads)  # on rigid bodies
+    for moved in (*case.loads, *case.muscles, *case.supports, *pulling):
         if (wrong := table_fault(moved, analysis.duration)) is not None:
             raise Fault(wrong)
 
