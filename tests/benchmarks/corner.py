@@ -8,6 +8,7 @@ a surface; every hundredth for how deep edges cut into facets between the points
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 
 from softmark.solvers.contact.inner import Inner
 from softmark.solvers.contact.touching import Touching
+from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.impact import Impact
 from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.trajectory import MotionNotConverged
@@ -78,4 +80,8 @@ def _elastic(mesh: Any, law: Any) -> Elastic:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), sys.argv[2])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("steps", type=int, nargs="?", default=10000)
+    parser.add_argument("integrator", nargs="?", default="implicit_euler", choices=[*INTEGRATORS])
+    asked = parser.parse_args()
+    main(asked.steps, asked.integrator)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -68,5 +69,5 @@ def test_a_report_tells_of_friction(tmp_path: Path, report_of: Callable[[Path], 
     told, heat = solve["friction"]["hit"], solve["energies"]["friction"]
     assert len(told["slip_m"]) == len(told["sticks"]) == len(solve["times"])
     assert told["slip_m"][-1] == pytest.approx(0.1 * 0.01 - 0.5 * 0.3 * 9.81 * 0.01**2, rel=0.05)
-    assert all(b >= a for a, b in zip(heat, heat[1:], strict=False))
+    assert all(b >= a for a, b in pairwise(heat))
     assert told["sticks"][-1] == 0.0
