@@ -63,7 +63,7 @@ BROAD = {
     "elastic-foundation", "creeping-cantilevers",
     "ring-of-a-file",
     "sphere-on-gel", "half-spheres", "pin-on-a-membrane", "pressed-blocks", "indentation", "bar-on-a-wall",
-    "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
+    "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
     "hollow-cantilever",
 }  # fmt: skip

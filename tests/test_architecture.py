@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -33,10 +34,16 @@ def modules(folder: str) -> list[Path]:
     return sorted((ROOT / FOLDERS[folder]).rglob("*.py"))
 
 
+@cache
+def nodes(file: Path) -> list[ast.AST]:
+    """All that a file says, which several tests ask."""
+    return list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+
+
 def imported(file: Path) -> set[str]:
     """Every dotted name that a file imports, wherever in it."""
     names = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes(file):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -335,7 +342,7 @@ def test_messages_at_a_place_have_one_builder() -> None:
     """`Diagnostic(code, message, at.source, at.span, ...)` stood in 62 places, ten of them private functions for it."""
     built = []
     for file in sorted((ROOT / "interpreter").rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in nodes(file):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Diagnostic":
                 source, span, *_ = [*node.args[2:4], None, None]
                 if isinstance(source, ast.Attribute) and isinstance(span, ast.Attribute) and source.attr == "source":

@@ -23,8 +23,8 @@ from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
 SAMPLES = [  # mutations of each scene: quick ones are so many of all scenes together
-    pytest.param(1000 // len(SCENES), id="few"),
-    pytest.param(100, id="many", marks=pytest.mark.slow),
+    pytest.param(400 // len(SCENES), id="few"),
+    pytest.param(40, id="many", marks=pytest.mark.slow),
 ]
 PLACES = {
     "(": "[",
