@@ -408,9 +408,9 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("contact") or scene.of_kind("rigid"):
-        from softmark.interpreter.front import contacts, impacts, rubbing
+        from softmark.interpreter.front import afloat, contacts, impacts, rubbing
 
-        yield from (*contacts.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
+        yield from (*contacts.faults(scene), *afloat.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:

@@ -1,4 +1,4 @@
-"""What contacts cannot be in a motion: explicit steps, which find out too late, and friction."""
+"""What contacts cannot be in a motion: explicit steps, which find out too late."""
 
 from __future__ import annotations
 
@@ -25,12 +25,3 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             "they find a touch only when they are behind the surface: take `generalized_alpha`, `trapezoidal`, "
             "`midpoint`, `bdf2` or `implicit_euler`",
         )
-    for contact in contacts:
-        if getattr(contact.thing, "friction", 0.0):  # of contact with a rigid body
-            yield diagnostic(
-                "E681",
-                contact.at("friction"),
-                f"`{contact.name}` has friction, and `{analysis.name}` is a motion",
-                "friction in time",
-                "leave it out, or press slowly: `static(states = ...)` knows friction",
-            )

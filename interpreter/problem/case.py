@@ -35,11 +35,12 @@ def fault(code: str, at: Location, message: str, label: str = "", help: str = ""
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact of a body with a `rigid` one, and the supports that move that, in the order of the scene."""
+    """A contact of a body with a `rigid` one, and what moves that: supports, or loads, in the order of the scene."""
 
     declared: Declared
     rigid: Declared
     moved: tuple[Declared, ...]
+    loads: tuple[Declared, ...] = ()  # of one that is free
 
     @property
     def name(self) -> str:
@@ -221,7 +222,7 @@ def _made(scene: Scene, body: str) -> Case:
 
 def _touch(scene: Scene, contact: Declared) -> Touch:
     rigid = contact.thing.rigid
-    return Touch(contact, scene.declared[rigid], scene.acting("support", rigid))
+    return Touch(contact, scene.declared[rigid], scene.acting("support", rigid), scene.acting("load", rigid))
 
 
 def in_plane(body: Declared) -> tuple[Declared, ...]:

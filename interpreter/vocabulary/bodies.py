@@ -38,10 +38,30 @@ class Rigid:
     It has no material and no mesh, and stays where it is declared, or goes where supports take it as a whole:
     `displaced(ball, by = (0, 0, -1) mm, course = state)`, `turned(...)`, without a `where`: it is turned first, by one
     of them, and goes by the sum of what others say. The gap between it and what it touches is that of the shape itself.
+
+    With a `density`, or a `mass` that is spread over its volume, it is free in a dynamic analysis: it has six degrees
+    of freedom, the inertia of its shape, and moves as `gravity(...)` and what it touches let it; momentum of both
+    together is kept. A report says how in `solve.rigid`. Spheres, boxes, cylinders, bodies of revolution and closed
+    surfaces have a mass; it meets one body, in space, without friction.
     """
 
     shape: Annotated[Any, "shape", "its geometry where it is declared"]
+    density: Annotated[float | None, "kg/m^3 in (0, inf)", "makes it free to move and turn, in a dynamic analysis"] = (
+        None
+    )
+    mass: Annotated[float | None, "kg in (0, inf)", "the same by what it weighs in all"] = None
+    velocity: Annotated[Vector3, "m/s", "of a free one at the start"] = (0.0, 0.0, 0.0)
+    spin: Annotated[Vector3, "rad/s", "angular velocity of a free one at the start, about its centre of mass"] = (
+        0.0,
+        0.0,
+        0.0,
+    )
     planar = ""
+
+    @property
+    def free(self) -> bool:
+        """Whether it has a mass."""
+        return self.density is not None or self.mass is not None
 
 
 class Planar(MadeOf):

@@ -31,6 +31,12 @@ class Between:
     analysis is one step from the state before, along a straight line, so that more states are a finer path; without
     states all of the load is one step. A body that nothing else holds may be held by friction. `slip(NAME)` and
     `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
+
+    In motion every step in time is one of these steps. Pressures and friction are those of its end, whatever integrator
+    makes it; heat never falls, and is told beside the other energies, `solve.energies.friction` of the report, as the
+    farthest slip and the share of the forces that sticks are in `solve.friction`. With an integrator that damps nothing
+    nodes that stick may have velocities of less than friction times g h / 2, h the step, which change sign with every
+    step and lead nowhere.
     """
 
     rigid: Annotated[str, "body", "the rigid body"]

@@ -164,6 +164,10 @@ class Rubbing(Touching):
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
         return replace(self, lag=Lag(self.friction * p, n), conservative=True)
 
+    def known(self, x: Floats, before: Rubbing) -> Rubbing:
+        """The same with an energy, and a tangent that remembers what it promised: for one descent."""
+        return replace(self.lagged(x, before), dual=Dual())
+
     def towing(self, x: Floats, way: Floats) -> Rubbing:
         """Where the rigid body was in the state that is started from, and all that touches sticks.
 
@@ -202,6 +206,26 @@ class Rubbing(Touching):
         slip = self.slip(x)
         kept = np.where(slip.size > TINY, slip.t / (self.spring * np.maximum(slip.size, TINY)), 0.0)
         return self.pose.back(self.places(x) - kept[:, None] * slip.s)
+
+    def holding(self, anchors: Floats) -> Rubbing:
+        """The same from other anchors (m, 3), m, on."""
+        return replace(self, anchors=anchors)
+
+    def stored(self, x: Floats) -> float:
+        """With what nodes that stick have given way by, J."""
+        return super().value(x) + float(self.A @ self.slip(x).t ** 2) / (2.0 * self.spring)
+
+    def work(self, x: Floats, since: Touching) -> float:
+        """With what it drags: its points that nodes hold on to go along, and what holds them does that work, J."""
+        was: Any = since
+        _, n, _ = self.look(x)
+        t = self._traction(x, n, self.friction * self.pressures(x))
+        return super().work(x, since) - float(self.A @ np.einsum("ij,ij->i", t, self.held - was.held))
+
+    def slid(self, x: Floats) -> Floats:
+        """How far each node has slid since the anchors were taken (m,), m."""
+        slip = self.slip(x)
+        return np.where(slip.t > 0.0, np.maximum(slip.size - slip.t / self.spring, 0.0), 0.0)
 
     def lost(self, x: Floats) -> float:
         """What friction has turned into heat since the anchors were taken, J: never negative."""

@@ -105,6 +105,14 @@ class Touching(Energy):
         """What the barrier stores, J."""
         return float(self.A @ self.barrier.energy(self.gaps(x)))
 
+    def stored(self, x: Floats) -> float:
+        """What it gives back, J."""
+        return self.value(x)
+
+    def work(self, x: Floats, since: Touching) -> float:
+        """What the rigid body does as it comes from where it was `since`, J: forces at the end times its way there."""
+        return float(self.A @ (self.pressures(x) * (since.gaps(x) - self.gaps(x))))
+
     def presses(self, x: Floats, nodes: int) -> Floats:
         """How hard it presses at all nodes (nodes,), N: without what rubs, and of any direction."""
         found = np.zeros(nodes)

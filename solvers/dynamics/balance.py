@@ -59,6 +59,7 @@ class Account:
         """
         if not self.started:
             self.first, self.started = abs(energies["kinetic"]) + abs(energies["strain"]), True
+            self.first += energies.get("contact", 0.0)
         brought = self.first + abs(energies["load_work"]) + abs(energies["support_work"])
         brought += abs(energies.get("contact_work", 0.0))
         self.scale = max(self.scale, brought, noise)

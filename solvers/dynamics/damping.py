@@ -62,7 +62,7 @@ class Damping:
 
     def renew(self, stage: Stage, motion: Motion) -> float:
         """Set C anew where a step has ended; by how much its force differs now, N."""
-        v = stage.speeding(motion.v)
+        v = stage.speeding(motion.x, motion.v)
         before = self.force(v)
         self.begin(stage.acting(motion.x))
         return float(np.linalg.norm(self.force(v) - before))

@@ -43,7 +43,7 @@ class Forces:
         self.now: tuple[Energy, ...] | None = None  # of what remembers, at the start of a step
         courses: tuple[Course, ...] = problem.courses or (Constant(),) * len(assembly.loads)
         self.courses = courses[:plain]
-        self.conservative = assembly.conservative
+        self.conservative = all(e.conservative for e in (*self.internal, *self.loads))  # friction is lagged
         self.fixed = np.asarray(problem.fixed, dtype=np.int64)
         self.free = np.setdiff1d(np.arange(self.dofs), self.fixed)
         mass = problem.mass
@@ -63,8 +63,8 @@ class Forces:
 
     @property
     def turns(self) -> bool:
-        """Whether rotations are among the unknowns."""
-        return self._blocks is not None
+        """Whether rotations are among the unknowns, and nothing keeps clear of anything."""
+        return self._blocks is not None and not self.contacts
 
     def inertia(self, a: Floats) -> Floats:
         """M a (dofs,), N."""

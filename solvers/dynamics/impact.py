@@ -8,12 +8,16 @@ the end of the step (Kane, Repetto, Ortiz and Marsden 1999, Comput. Methods Appl
 contact changes the kinetic energy by c(x1) . (x1 - x0), which for a gap that is convex in x along the surface is no
 more than its potential gives: an impact takes energy or keeps it. Weighted between the ends of the step, it would
 act on where there is no touch any more, and bring energy.
+
+Friction is a part of c, of the pressures of the end of the step, and takes energy for the same reason: with t the
+traction and e = t / k what nodes that stick give way by, t1 . (x1 - x0) is no less than what k (e1^2 - e0^2) / 2
+stores, and more by t1 times slip. What a step leaves of anchors (contact/rubbing.py), the next one starts from.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,7 +41,11 @@ class Impact:
     """The contacts of a march, each with the course of its rigid body; barriers are stiffened where they must be."""
 
     def __init__(self, contacts: Sequence[Touching], courses: Sequence[Course], slots: Sequence[Ints]) -> None:
-        self.contacts, self.courses, self.slots = list(contacts), tuple(courses), tuple(slots)
+        self.contacts: list[Any] = list(contacts)
+        self.courses, self.slots = tuple(courses), tuple(slots)
+        self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)  # unknowns of theirs
+        self.rubs = any(c.rubs for c in contacts)
+        self.slid: list[Floats | float] = [0.0 for _ in contacts]  # how far each node has slid in all (m,), m
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
@@ -59,10 +67,20 @@ class Impact:
     def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
         here = self.at(motion.time)
+        rubbed = tuple(self._settled(i, c, motion.x) for i, c in enumerate(here.posed) if c.rubs)
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
         shares = tuple(c.share for c in here.posed)
-        driven, self._shares = bool(self.log) and shares != self._shares, shares
-        self.log.append(Seen(motion.time, touches, momentum / mass, driven))
+        moved = self.free is not None or shares != self._shares
+        driven, self._shares = bool(self.log) and moved, shares
+        self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed))
+
+    def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:
+        """Take on the anchors that a step has left of a contact, and say what friction made of it."""
+        p = here.A * here.pressures(x)
+        sticks = float(p[~here.slip(x).slides].sum() / p.sum()) if p.any() else None
+        self.slid[i] = self.slid[i] + here.slid(x)
+        self.contacts[i] = self.contacts[i].holding(here.settled(x))
+        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -84,6 +102,18 @@ class Impact:
 
 
 @dataclass(frozen=True)
+class Rubbed:
+    """What friction makes of a contact at a time.
+
+    `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
+    where nothing slides, None where nothing presses.
+    """
+
+    slip: float
+    sticks: float | None
+
+
+@dataclass(frozen=True)
 class Seen:
     """Whether anything touches at a time, s, and the velocity (3,), m/s, of the centre of mass."""
 
@@ -91,6 +121,7 @@ class Seen:
     touches: bool
     velocity: Floats
     driven: bool = False  # rigid bodies have moved since the step before
+    rubbed: tuple[Rubbed, ...] = ()  # of every contact with friction
 
 
 @dataclass(frozen=True)
@@ -154,6 +185,20 @@ class Touches:
         """What the barriers store, J."""
         return sum(c.value(x) for c in self.posed)
 
+    def stored(self, x: Floats) -> float:
+        """What they give back, J: with friction less than their value."""
+        return sum(c.stored(x) for c in self.posed)
+
+    def lost(self, x: Floats) -> float:
+        """What friction turns into heat over a step that ends in x, J."""
+        each: list[Any] = [c for c in self.posed if c.rubs]
+        return sum(float(c.lost(x)) for c in each)
+
+    def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
+        """With an energy, by pressures of a state, of which those `before` were the law."""
+        each: Any = zip(self.posed, self.posed if before is None else before.posed, strict=True)
+        return Touches([c.known(x, was) if c.rubs else c for c, was in each], self.slots)
+
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""
         g = np.zeros(len(x))
@@ -180,11 +225,8 @@ class Touches:
 
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
-        return sum(
-            float(c.A @ (c.pressures(x) * (s.gaps(x) - c.gaps(x))))
-            for c, s in zip(self.posed, since.posed, strict=True)
-            if c.share != s.share
-        )
+        both = zip(self.posed, since.posed, strict=True)
+        return sum(c.work(x, s) for c, s in both if c.share != s.share)
 
 
 LOOKS = 64  # along the way of a point that may have gone through

@@ -29,13 +29,15 @@ class Entry:
     muscle_work: float | None = None  # of what loads do, what muscle does; None where there is none
     contact: float | None = None  # what the barriers of contacts store; None where there are none
     contact_work: float = 0.0  # of rigid bodies that move
+    friction: float | None = None  # what friction has turned into heat; None where nothing rubs
 
     @property
     def names(self) -> tuple[str, ...]:
         """NAMES, and then those of muscle and of contacts where there are some."""
         muscle = () if self.muscle_work is None else ("muscle_work",)
         contact = () if self.contact is None else ("contact", "contact_work")
-        return (*NAMES, *muscle, *contact)
+        friction = () if self.friction is None else ("friction",)
+        return (*NAMES, *muscle, *contact, *friction)
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -56,13 +58,15 @@ def open_entry(system: System, motion: Motion) -> Entry:
     strain = system.forces.strain(motion.x) if known is None else known.stored(motion.x)
     muscle = 0.0 if system.problem.pulling else None
     here = Entry(motion, system.forces.within(motion.x), kinetic, strain, muscle_work=muscle)
-    return here if system.forces.impact is None else replace(here, contact=_stored(system, motion))
+    if (impact := system.forces.impact) is None:
+        return here
+    return replace(here, contact=_stored(system, motion), friction=0.0 if impact.rubs else None)
 
 
 def _stored(system: System, motion: Motion) -> float | None:
     """What the barriers of contacts store, J."""
     impact = system.forces.impact
-    return None if impact is None else impact.at(motion.time).value(motion.x)
+    return None if impact is None else impact.at(motion.time).stored(motion.x)
 
 
 def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
@@ -76,12 +80,14 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     reaction = system.forces.M @ ((motion.v - last.motion.v) / h) + mean + drag
     if (turning := system.problem.turning) is not None:
         reaction += 0.5 * (turning.gyroscopic(last.motion.v) + turning.gyroscopic(motion.v))
-    pressed, contact_work = 0.0, last.contact_work
+    pressed, contact_work, friction = 0.0, last.contact_work, last.friction
     if (impact := system.forces.impact) is not None:
         since, touches = impact.at(last.motion.time), impact.at(motion.time)
         contact_work += touches.work(motion.x, since)
         reaction += touches.gradient(motion.x)
-        pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work)
+        heat = touches.lost(motion.x) if impact.rubs else 0.0
+        friction = None if friction is None else friction + heat
+        pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work) + heat
     fixed = system.forces.fixed
     load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])
@@ -100,6 +106,7 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
         drift=drift,
         muscle_work=muscle,
         contact_work=contact_work,
+        friction=friction,
     )
 
 

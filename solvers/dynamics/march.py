@@ -19,7 +19,7 @@ from softmark.solvers.dynamics.system import System
 from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.impact import Bounce
+    from softmark.solvers.dynamics.impact import Bounce, Rubbed
 
 NOISE = 1e4  # times the rounding of forces
 
@@ -123,8 +123,9 @@ class _March:
         """Keep an eye on contacts."""
         forces = self.system.forces
         if forces.impact is not None:
-            momentum = (forces.M @ motion.v).reshape(-1, 3).sum(axis=0)
-            forces.impact.follow(motion, momentum, float(forces.M.sum()) / 3.0)
+            own = slice(None, forces.impact.free)  # without free rigid bodies
+            momentum = (forces.M @ motion.v)[own].reshape(-1, 3).sum(axis=0)
+            forces.impact.follow(motion, momentum, float(forces.M[own].sum()) / 3.0)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
@@ -203,6 +204,7 @@ class _March:
             lagged.failures if lagged else 0,
             self.account.balance,
             self._impacts(),
+            self._rubbed(),
         )
 
     def _impacts(self) -> tuple[Bounce, ...] | None:
@@ -213,6 +215,11 @@ class _March:
         from softmark.solvers.dynamics.impact import bounces
 
         return tuple(bounces(impact.log))
+
+    def _rubbed(self) -> tuple[tuple[Rubbed, ...], ...]:
+        """What friction made of contacts at every time."""
+        impact = self.system.forces.impact
+        return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)
 
 
 def _times(share: float) -> str:

@@ -54,7 +54,8 @@ def newmark_stage(
     now = system.under(before, load.first)
     coast = now.x + h * now.v + h**2 * (0.5 - beta) * now.a
     speed = now.v + h * (1.0 - gamma) * now.a
-    # contact gives h^2/2 of its acceleration to x and h of it to v, and none to `a`, which the next step starts from
+    # contact gives h^2/2 of its acceleration to x and h of it to v, and none to `a`, which the next step starts from;
+    # nodes that stay in contact have velocities of either sign in turn, whose weighted mean damping would drive
     half, rest = 0.5 / beta, h * (1.0 - 0.5 * gamma / beta)
     return Stage(
         now,
@@ -67,5 +68,6 @@ def newmark_stage(
         alpha_m,
         alpha_f,
         touch=(1.0 - alpha_m) * half,
+        mean=system.forces.impact is not None,
         beyond=(-half, rest),
     )

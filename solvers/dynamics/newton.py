@@ -4,11 +4,16 @@ The equations of a step under conservative forces are those of a minimum, the in
 Stainier 1999): inertia and damping are a quadratic function of the end of the step, the forces a potential. Whole
 Newton steps that lower the imbalance by much are kept; others must lower the potential, or the imbalance under
 follower loads, and where the tangent does not lead downhill the definite one does.
+
+Friction has an energy with the pressures and normals of an earlier iterate, and the step is that of a minimum then too
+(Kaufman et al. 2008; Li et al. 2020, section 5.4). What it leads to gives new pressures, which change little from one
+iterate to the next, for inertia holds nodes where they are; where they do not settle the step fails, and is halved.
 """
 
 from __future__ import annotations
 
 import math
+from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -22,6 +27,7 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular
 
 if TYPE_CHECKING:
+    from softmark.solvers.dynamics.impact import Touches
     from softmark.solvers.dynamics.system import System
 
 EPS = float(np.finfo(np.float64).eps)
@@ -29,6 +35,8 @@ MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without a
 WORSE = 1.25  # times the imbalance that the best way to start had when all were tried: more, and all are tried again
 LESS = 0.97  # of it with every step, so that now and then they are
 SHORTEST = 1e-5  # part of a Newton step that is tried
+LAGS = 40  # pressures that friction is tried with
+ROUGH, FINER = 1e-2, 0.05  # how well such a trial is worth solving: at most, and of what the last pressures left
 
 
 @dataclass(frozen=True)
@@ -64,13 +72,29 @@ class StageNewton:
     def solve(self, stage: Stage) -> tuple[Motion, Outcome]:
         """The end of the step. Raises StepFailed."""
         balance = StageEquations(self.system, stage)
-        trial, outcome = self._descend(balance)
+        trial, outcome = self._rubbed(balance) if balance.rubs else self._descend(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
-    def _descend(self, balance: StageEquations) -> tuple[StageTrial, Outcome]:
+    def _rubbed(self, balance: StageEquations) -> tuple[StageTrial, Outcome]:
+        """The end of a step, with the friction of its own pressures. Raises StepFailed where these do not settle."""
+        touches, impact, start = balance.touches, self.system.forces.impact, balance.stage.start
+        assert touches is not None and impact is not None  # noqa: PT018
+        known, x, residual, count = touches.lagged(start.x, impact.at(start.time)), None, 1.0, 0
+        for _ in range(LAGS):
+            goal = max(balance.tolerance, min(ROUGH, FINER * residual))
+            trial, outcome = self._descend(balance.rubbing(known, goal), x)
+            own, x = balance.trial(trial.x), trial.x
+            scale, count = max(own.scale, self.scale), count + outcome.iterations
+            residual = own.size / scale if scale else own.size
+            if balance.met(own, scale, own.size):
+                return own, Outcome(count, residual, True)
+            known = touches.lagged(x)
+        raise StepFailed(f"friction does not settle, residual {residual:.1e}")
+
+    def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, Outcome]:
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
-        trial, before, length = balance.start(), np.inf, 0.0
+        trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
         for number in range((most if cap is None else cap) + 1):
             scale = max(trial.scale, self.scale)
             residual = trial.size / scale if scale else trial.size
@@ -175,9 +199,21 @@ class StageEquations:
         impact = self.forces.impact
         self.touches = None if impact is None else impact.at(self.end)
         self.since = [] if impact is None else impact.at(start.time).places(start.x)
+        self.tolerance = system.problem.tolerance
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
             self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
+
+    @property
+    def rubs(self) -> bool:
+        """Whether some contact has friction, of pressures that are sought as well."""
+        return self.touches is not None and any(c.rubs for c in self.touches.posed)
+
+    def rubbing(self, touches: Touches, tolerance: float) -> StageEquations:
+        """The same with friction as it is known, to be solved so well."""
+        other = copy(self)
+        other.touches, other.tolerance = touches, tolerance
+        return other
 
     def trial(self, x: Floats) -> StageTrial:
         """The end x, with the velocity and the acceleration that belong to it."""
@@ -189,7 +225,7 @@ class StageEquations:
         inertia = self.forces.inertia(mean)
         if (turning := system.problem.turning) is not None:
             inertia += turning.inertia(stage, x, v)
-        drag = system.damping.force(stage.speeding(v))
+        drag = system.damping.force(stage.speeding(x, v))
         return StageTrial(self, x, v, a, inertia, drag)
 
     def motion(self, trial: StageTrial) -> Motion:
@@ -216,7 +252,7 @@ class StageEquations:
 
     def met(self, trial: StageTrial, scale: float, before: float) -> bool:
         """The tolerance is met, or the last iteration has lowered nothing and rounding is all that is left."""
-        if trial.size <= self.system.problem.tolerance * scale:
+        if trial.size <= self.tolerance * scale:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._blur(trial))
 
@@ -292,7 +328,7 @@ class StageEquations:
 
     def better(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
         """The next trial, and the part of the Newton step that leads there. Raises StepFailed."""
-        goal = 0.1 * self.system.problem.tolerance * scale / trial.size  # of the linear system: no more than needed
+        goal = 0.1 * self.tolerance * scale / trial.size  # of the linear system: no more than needed
         reason = "no Newton step lowers the energy"
         for projected in (False, True):
             try:
@@ -324,7 +360,7 @@ class StageEquations:
         J.data *= self.share
         self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
         if self.system.damping.active:
-            J.data += self.share * stage.B * self.system.damping.data
+            J.data += stage.damped * self.system.damping.data
         if self.touches is not None:
             self.touches.add_hessian(x, J.data, stage.touch, projected)
         if turning is not None:

@@ -146,8 +146,6 @@ class Dynamics:
         dofs = self.assembly.dofs
         if self.mass.shape not in ((dofs,), (dofs, dofs)):
             raise ValueError(f"a mass of shape {self.mass.shape} for {dofs} degrees of freedom")
-        if self.turning is not None and self.mass.ndim != 1:
-            raise ValueError("what turns needs a lumped mass")
         if not self.integrator.explicit or self.mass.ndim == 1:
             return
         raise ValueError("an explicit integrator needs a lumped mass")

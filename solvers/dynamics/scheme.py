@@ -63,16 +63,24 @@ class Stage:
     between: bool = False
     secant: bool = False  # v is the mean velocity of the step, and damping that of its middle
     touch: float = 1.0  # weight of the forces of contact at the end of the step (impact.py)
+    mean: bool = False  # damping acts on the mean velocity of the step, which has all that contact does in it
     beyond: tuple[float, float] = (0.0, 0.0)  # what of their acceleration a (1) and v (s) are to have besides
 
     def acting(self, x: Floats) -> Floats:
         """The state in which damping acts, if the step ends in x: that to which its velocity belongs."""
-        share = 0.5 if self.secant else 1.0 - self.alpha_f
+        share = 0.5 if self.secant or self.mean else 1.0 - self.alpha_f
         return self.start.x + share * (x - self.start.x)
 
-    def speeding(self, v: Floats) -> Floats:
-        """The velocity that damping acts on, if that of the end is v."""
+    def speeding(self, x: Floats, v: Floats) -> Floats:
+        """The velocity that damping acts on, if the step ends in x with v."""
+        if self.mean:
+            return (x - self.start.x) / self.step
         return (1.0 - self.alpha_f) * v + self.alpha_f * self.start.v
+
+    @property
+    def damped(self) -> float:
+        """By how much that velocity grows with x, 1/s."""
+        return 1.0 / self.step if self.mean else (1.0 - self.alpha_f) * self.B
 
 
 class Integrator(Protocol):

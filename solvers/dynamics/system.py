@@ -190,7 +190,7 @@ class System:
         if not self.problem.damping.beta or self.problem.cap is not None:
             return self._solved(stage)
         motion = self._settled(stage)
-        if not stage.alpha_f and not stage.secant:  # what it takes is told by the mean velocity, see ledger.py
+        if not (stage.alpha_f or stage.secant or stage.mean):  # what it takes is told by the mean velocity, ledger.py
             self.damping.begin(0.5 * (stage.start.x + motion.x))
         return motion
 
@@ -201,7 +201,7 @@ class System:
         for _ in range(REPEATS):
             motion = self._solved(stage)
             off = self.damping.renew(stage, motion)
-            noise = BLUR * self.damping.rounding(stage.speeding(motion.v))
+            noise = BLUR * self.damping.rounding(stage.speeding(motion.x, motion.v))
             if off <= max(enough * self.newton.scale, noise):
                 return motion
         if off > max(enough, UNSETTLED) * self.newton.scale:

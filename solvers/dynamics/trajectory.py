@@ -15,7 +15,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.statics import problem
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.impact import Bounce
+    from softmark.solvers.dynamics.impact import Bounce, Rubbed
 
 NOTHING = Account().balance  # of no motion
 
@@ -59,7 +59,9 @@ class Trajectory:
     (see Dynamics) that they left, `solved` says whether that meets the tolerance: without a cap, always. `lagged`
     says which steps one lagged tangent solved; `fallbacks` counts attempts at it that were left to Newton's method.
     `balance` says how much of the energy the integrator has added or lost. With contacts there are also `contact`, what
-    barriers store, and `contact_work`, what rigid bodies that move have done; both count in `drift`.
+    barriers store, and `contact_work`, what rigid bodies that move have done; both count in `drift`. With friction
+    there is also `friction`, what it has turned into heat, which never falls and counts as well, and `rubbed` says at
+    each time what it made of every contact that has some.
     """
 
     times: Floats
@@ -77,6 +79,7 @@ class Trajectory:
     fallbacks: int = 0
     balance: EnergyBalance = NOTHING  # of the energies
     impacts: tuple[Bounce, ...] | None = None  # on rigid bodies, where there are contacts
+    rubbed: tuple[tuple[Rubbed, ...], ...] = ()  # (n + 1,) where there is friction
 
 
 class MotionNotConverged(problem.NotConverged):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -51,3 +52,22 @@ def test_a_wall_follows_its_course_and_works(tmp_path: Path, report_of: Callable
     assert solve["energies"]["contact_work"][-1] == pytest.approx(8e-5, rel=0.1)
     assert [bounce["restitution"] for bounce in solve["impacts"]] == [None]  # as seen from the wall it would be one
     assert solve["energy"]["gain"] < 1e-9
+
+
+def test_a_report_tells_of_friction(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
+    """A bar on its side slides on the wall that it lies on: how far, what sticks, and its heat, which never falls.
+
+    It has lost mu g t of its .1 m/s after 10 ms: slip is v t - mu g t^2 / 2, to 5 %, as its weight comes at once and
+    implicit Euler goes by the speeds of the ends of steps.
+    """
+    file = written(tmp_path, speed=0, end="10 ms", away=0.001)
+    text = file.read_text(encoding="utf-8").replace("between(wall, bar)", "between(wall, bar, friction = 0.3)")
+    text = text.replace("(0, 0, 0) m/s, integrator = trapezoidal", "(0.1, 0, 0) m/s").replace("0.1 ms", "0.5 ms")
+    text = text.replace("(10, 10, 40)", "(40, 10, 10)")  # which does not bend
+    file.write_text(text + "load     sag  = gravity(9.81 m/s^2)\n", encoding="utf-8")
+    solve = report_of(file).models["hexes"].solve
+    told, heat = solve["friction"]["hit"], solve["energies"]["friction"]
+    assert len(told["slip_m"]) == len(told["sticks"]) == len(solve["times"])
+    assert told["slip_m"][-1] == pytest.approx(0.1 * 0.01 - 0.5 * 0.3 * 9.81 * 0.01**2, rel=0.05)
+    assert all(b >= a for a, b in pairwise(heat))
+    assert told["sticks"][-1] == 0.0

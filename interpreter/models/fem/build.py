@@ -275,8 +275,8 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
         return levered(static, workshop, disturbance_of(case))
     from softmark.interpreter.models.shared.motion import in_motion
 
-    problem, mass, within = static.problem, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal
-    return in_motion(static, declared, case, static.mesh, mass, within, static.driven, problem, len(static.muscles))
+    known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
+    return outside.afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
 
 
 def at_rest(

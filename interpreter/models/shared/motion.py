@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -55,6 +55,7 @@ class PreparedMotion:
     analysis: Dynamic
     problem: Dynamics
     mesh: Mesh | None
+    rubbing: tuple[str, ...] = field(default=(), kw_only=True)  # contacts with friction, in the order of the scene
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -146,7 +147,12 @@ class PreparedMotion:
             *_came_back(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
         )
-        facts = _facts(track) | self._mesh_facts() | ({} if found is None else {"resolution": found.facts})
+        facts = (
+            _facts(track)
+            | _rubbed(track, self.rubbing)
+            | self._mesh_facts()
+            | ({} if found is None else {"resolution": found.facts})
+        )
         status: Status = "capped" if missed else "converged"
         return Solution(status, message, facts, notes=notes, history=history, **shown)
 
@@ -229,6 +235,16 @@ def _facts(track: Trajectory) -> dict[str, Any]:
             for b in track.impacts[:BOUNCES]
         ]  # fmt: skip
     return facts
+
+
+def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
+    """What a report says of friction, of every contact at the times of the energies; nothing where there is none."""
+    if not track.rubbed:
+        return {}
+    own = [track.rubbed[i] for i in picked(len(track.times), MOMENTS)]
+    each = {name: [seen[k] for seen in own] for k, name in enumerate(names)}
+    return {"friction": {n: {"slip_m": [s.slip for s in seen], "sticks": [s.sticks for s in seen]}
+                         for n, seen in each.items()}}  # fmt: skip
 
 
 def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
@@ -361,7 +377,8 @@ def in_motion(
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,
     )
-    return PreparedMotion(static, declared, analysis, problem, mesh)
+    rubbing = tuple(touch.name for touch in case.contacts if touch.thing.friction)
+    return PreparedMotion(static, declared, analysis, problem, mesh, rubbing=rubbing)
 
 
 def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
@@ -374,7 +391,8 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 def must_be_followed(case: Case, analysis: Dynamic) -> None:
     """Refuse tables that cannot be read, or do not go over the analysis. Raises Fault."""
-    for moved in (*case.loads, *case.muscles, *case.supports):
+    pulling = (load for touch in case.contacts for load in touch.loads)  # on rigid bodies
+    for moved in (*case.loads, *case.muscles, *case.supports, *pulling):
         if (wrong := table_fault(moved, analysis.duration)) is not None:
             raise Fault(wrong)
 

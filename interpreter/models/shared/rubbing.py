@@ -43,8 +43,7 @@ def past_of(contacts: Mapping[str, Touching], u: Floats, before: Past) -> dict[s
     found = {}
     for name, contact in contacts.items():
         if isinstance(contact, Rubbing):
-            slip, lost = contact.slip(u), contact.lost(u)
-            slid = np.where(slip.t > 0.0, np.maximum(slip.size - slip.t / contact.spring, 0.0), 0.0)
+            slid, lost = contact.slid(u), contact.lost(u)
             earlier = before.get(name)
             known = (np.zeros_like(slid), 0.0) if earlier is None else (earlier.slid, earlier.work)
             found[name] = Rubbed(contact.settled(u), known[0] + slid, known[1] + lost, lost)

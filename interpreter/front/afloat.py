@@ -1,0 +1,126 @@
+"""Free rigid bodies: what they cannot be, of a scene alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.contacts import Between
+from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.solvers.mesh.combined import Difference, Intersection, Union
+from softmark.solvers.mesh.filled import Filled
+from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.tube import Tube
+
+# what solvers/contact/inertia has the mass of, which is not imported to check a scene
+HEAVY = (Sphere, SphericalShell, Box, Cylinder, Tube, Cone, Revolved, Filled, MeshFile, Union, Difference, Intersection)
+Reason = tuple[Any, str, str, str]  # place, what, label, help
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Of every rigid body with a mass, the first that it cannot be."""
+    for body in scene.of_kind("rigid").values():
+        for at, what, label, help in _reasons(scene, body):
+            yield diagnostic("E658", at, what, label, help)
+            break
+
+
+def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
+    thing, name = body.thing, body.name
+    if not thing.free:
+        if any(thing.velocity) or any(thing.spin):
+            field = "velocity" if any(thing.velocity) else "spin"
+            yield (
+                body.at(field),
+                f"`{name}` has no mass, and a {field} of its own",
+                "nothing keeps it going",
+                "give it a `density`, or let a support move it: `displaced(...)`",
+            )
+        return
+    if thing.density is not None and thing.mass is not None:
+        yield body.at("mass"), f"`{name}` has a density and a mass", "one of them", "keep one: the other follows"
+    if not isinstance(thing.shape, HEAVY):
+        yield (
+            body.at("shape"),
+            f"the moments of inertia of `{name}` are not known of its shape",
+            "not of a free body",
+            "take a `sphere`, `box`, `cylinder`, `tube`, `cone`, `revolved(...)` or `filled(...)`",
+        )
+    for support in scene.acting("support", name)[:1]:
+        yield (
+            support.at(),
+            f"`{support.name}` takes `{name}` along, which has a mass and is free",
+            "not both",
+            "leave its mass out: what a support moves weighs nothing",
+        )
+    yield from _in_motion(scene, body)
+    yield from _touched(scene, body)
+
+
+def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """That there is a motion, in which its moments are those of the ends of steps."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if analysis is None or not isinstance(analysis.thing, Dynamic):
+        yield (
+            body.at("mass" if body.thing.mass is not None else "density"),
+            f"`{body.name}` is free, and nothing says where it comes to rest",
+            "free in a body at rest",
+            "move it by a support without a mass, `displaced(...)`, or follow it in time: `dynamic(...)`",
+        )
+    elif analysis.thing.integrator == "midpoint":
+        yield (
+            analysis.at("integrator"),
+            f"`midpoint` balances moments in the middle of a step, and contacts of `{body.name}` act at its end",
+            "not with a free body",
+            "take `trapezoidal`, which keeps energy as well",
+        )
+
+
+def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """That it meets one body, in space, without friction."""
+    known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
+    contacts = [c for c in known if c.thing.rigid == body.name]
+    if not contacts:
+        yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = between(...)`"
+        return
+    first = contacts[0].thing.body
+    case = case_of(scene, first)
+    for contact in contacts:
+        if contact.thing.body != first:
+            yield (
+                contact.at("body"),
+                f"`{body.name}` is free and meets `{first}` and `{contact.thing.body}`, each "
+                "of which is solved by itself",
+                "more than one body",
+                "make one body of them: `apart(...)`",
+            )
+        if contact.thing.friction:
+            yield (
+                contact.at("friction"),
+                f"`{contact.name}` has friction, and `{body.name}` is free",
+                "no friction of free bodies",
+                "leave it out, or move the body by a support",
+            )
+    for support in (s for s in case.supports if isinstance(s.thing, Symmetric)):
+        yield (
+            support.at(),
+            f"`{support.name}` stands for the other half of `{first}`, which a free `{body.name}` meets as well",
+            "not with a free body",
+            "take the whole body",
+        )
+    if case.planar:
+        yield (body.at(), f"`{body.name}` is free, and `{first}` is plane", "not in the plane", "take a `solid`")
+    elif case.remembers:
+        yield (
+            body.at(),
+            f"`{body.name}` is free, and stress of `{first}` relaxes, or fluid seeps through it",
+            "not with a free body",
+            "use a material without a memory",
+        )

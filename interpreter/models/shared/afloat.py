@@ -1,0 +1,146 @@
+"""Bodies in motion that meet free rigid ones: these have unknowns of their own, behind those of the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.interpreter.models.shared.motion import MOMENTS, PreparedMotion, course_of
+from softmark.interpreter.models.shared.prepared import Solution
+from softmark.interpreter.problem.case import Case, Touch
+from softmark.interpreter.results.thinning import picked
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.contact.afloat import Bodies, Free, afloat
+from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.inertia import volume_of
+from softmark.solvers.dynamics.loading import Course
+from softmark.solvers.dynamics.problem import Direct
+from softmark.solvers.dynamics.scheme import Motion
+from softmark.solvers.dynamics.trajectory import Trajectory
+from softmark.solvers.dynamics.turning import Turning
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.pressures import DisplacementEnergy
+
+FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N, by the size of a body in m
+
+
+@dataclass(frozen=True)
+class MotionBeside(PreparedMotion):
+    """A body in motion, of `dofs` unknowns, beside free rigid ones, of these names in the order of the chart."""
+
+    chart: Any = None  # Bodies
+    names: tuple[str, ...] = ()
+    dofs: int = 0
+
+    def _resolution(self) -> None:
+        """Not known: how long it takes to come and go depends on what it meets."""
+
+    def _state(self, motion: Motion) -> Floats:
+        """Displacements, and of every rigid body its middle, axes, velocity and spin in space (18 each,)."""
+        told = self.chart.state(motion.x).reshape(-1, 12)
+        own = motion.v[self.dofs :].reshape(-1, 2, 3)
+        spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])
+        return np.concatenate([motion.x[: self.dofs], np.hstack([told, own[:, 0], spins]).ravel()])
+
+    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+        """Of the body that deforms."""
+        return super()._shown(times, states[:, : self.dofs])
+
+    def _finish(self, track: Trajectory, every: int) -> Solution:
+        """With how rigid bodies have moved."""
+        found, last = super()._finish(track, every), len(track.observed) - 1
+        kept = [i for i in range(last + 1) if i % every == 0 or i == last]
+        kept = [kept[i] for i in picked(len(kept), MOMENTS)]
+        states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
+        each = {name: _told(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
+        return replace(found, facts=found.facts | {"rigid": each})
+
+
+def _told(times: Floats, states: Floats) -> dict[str, Any]:
+    """What a report says of a free body's motion, of states (t, 18): its turn is that from where it was declared."""
+    from scipy.spatial.transform import Rotation
+
+    axes = states[:, 3:12].reshape(-1, 3, 3)
+    turned = Rotation.from_matrix(axes @ axes[0].T).as_rotvec()
+    columns = {"times_s": times, "middle_m": states[:, :3], "rotation_rad": turned,
+               "velocity_m_s": states[:, 12:15], "spin_rad_s": states[:, 15:]}  # fmt: skip
+    return {name: values.tolist() for name, values in columns.items()}
+
+
+def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
+    """The motion of a case in which some rigid bodies are free."""
+    problem, dofs = motion.problem, motion.problem.assembly.dofs
+    bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
+    made = [_free(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
+    chart, names, own = Bodies(made), tuple(bodies), [t.rigid.name for t in case.contacts]
+    plain = problem.assembly.loads[: len(problem.assembly.loads) - len(case.contacts)]
+    contacts: list[Any] = list(problem.assembly.loads[len(plain) :])
+    contacts = [afloat(c, chart, names.index(n)) if n in bodies else c for c, n in zip(contacts, own, strict=True)]
+    pulls, courses = _pulled(made, bodies)
+    assembly = Assembly(
+        dofs + 6 * len(made),
+        problem.fixed,
+        problem.assembly.internal,
+        [*pulls, *(DisplacementEnergy(load, dofs) for load in plain), *contacts],
+    )
+    sound = problem.sound
+    fitted = replace(
+        problem,
+        assembly=assembly,
+        mass=_mass(problem.mass, made),
+        rest=np.zeros(assembly.dofs),
+        velocity=np.concatenate([problem.velocity, *(_begun(b, bodies[n]) for b, n in zip(made, names, strict=True))]),
+        courses=(*courses, *problem.courses),
+        tolerance=FINER * problem.tolerance,
+        sound=lambda x: sound(x[:dofs]),
+        linear=Direct(symmetric=False),
+        lagged=False,
+        turning=Turning(chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])),
+    )
+    static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
+    return MotionBeside(
+        static, declared, analysis, fitted, mesh, rubbing=motion.rubbing, chart=chart, names=names, dofs=dofs
+    )
+
+
+def _free(touch: Touch, first: int) -> Free:
+    """The mass of a rigid body."""
+    thing: Any = touch.rigid.thing
+    gap = gap_of(thing.shape)
+    volume = None if gap is None else volume_of(gap)
+    assert volume is not None  # refused when the scene is checked
+    mass = thing.mass or thing.density * volume.V
+    J, axes = volume.principal
+    return Free(first, mass, mass * J, axes, volume.middle)
+
+
+def _begun(body: Free, touch: Touch) -> Floats:
+    """Velocities at the start (6,): of its middle, and of its turn about its own axes."""
+    thing: Any = touch.rigid.thing
+    return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
+
+
+def _pulled(bodies: Sequence[Free], touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
+    """Gravity of rigid bodies, with its courses."""
+    pulls, courses, dofs = list[Energy](), list[Course](), bodies[-1].first + 6
+    for body, touch in zip(bodies, touches.values(), strict=True):
+        for load in touch.loads:
+            f = np.zeros(dofs)
+            f[body.first : body.first + 3] = body.mass * np.array(load.thing.action.acceleration)
+            pulls.append(DeadForces(f))
+            courses.append(course_of(load))
+    return pulls, courses
+
+
+def _mass(mass: Any, bodies: Sequence[Free]) -> Any:
+    """Of all unknowns, kg and kg m^2: a matrix, or its diagonal."""
+    own = np.concatenate([[b.mass, b.mass, b.mass, *b.J] for b in bodies])
+    if isinstance(mass, np.ndarray):
+        return np.concatenate([mass, own])
+    return sparse.block_diag([mass, sparse.diags(own)]).tocsr()

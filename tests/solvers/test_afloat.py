@@ -1,0 +1,120 @@
+"""Free rigid bodies: their mass against closed forms, and forces that are derivatives and balance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from softmark.interpreter.front.afloat import HEAVY
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.contact.afloat import Bodies, Free, afloat, exponential, right_jacobian
+from softmark.solvers.contact.barrier import Barrier
+from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.gaps.surface import Surface
+from softmark.solvers.contact.inertia import VOLUMES, volume_of
+from softmark.solvers.contact.inner import inner
+from softmark.solvers.contact.touching import Touching
+from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.tube import Tube
+
+R, L, AXIS, AT = 0.3, 1.0, (0.0, 0.6, 0.8), (0.1, 0.2, 0.3)
+ACROSS = (3.0 * R**2 + L**2) / 12.0
+KNOWN = {  # volume, moments of inertia per mass, ascending: any table of them
+    "box": (Box((1.0, 0.7, 0.5), origin=AT), 0.35, (0.74 / 12, 1.25 / 12, 1.49 / 12)),
+    "sphere": (Sphere(R, origin=AT), 4 / 3 * np.pi * R**3, (0.4 * R**2,) * 3),
+    "shell": (
+        SphericalShell(R, 0.5 * R, origin=AT),
+        4 / 3 * np.pi * R**3 * 0.875,
+        (0.4 * R**2 * (1 - 0.5**5) / (1 - 0.5**3),) * 3,
+    ),
+    "cylinder": (Cylinder(L, R, AXIS, AT), np.pi * R**2 * L, (0.5 * R**2, ACROSS, ACROSS)),
+    "tube": (
+        Tube(L, R, 0.5 * R, AXIS, AT),
+        np.pi * R**2 * L * 0.75,
+        (0.5 * R**2 * 1.25, *((3.0 * R**2 * 1.25 + L**2) / 12.0,) * 2),
+    ),
+    "cone": (Cone(L, R, 0.0, AXIS, AT), np.pi * R**2 * L / 3, (0.3 * R**2, *(0.15 * R**2 + 0.0375 * L**2,) * 2)),
+}
+
+
+@pytest.mark.parametrize("name", sorted(KNOWN))
+def test_mass_of_shapes(name: str) -> None:
+    """To rounding."""
+    shape, V, J = KNOWN[name]
+    gap: Any = gap_of(shape)
+    found = volume_of(gap)
+    assert found is not None
+    assert pytest.approx(V, rel=1e-12) == found.V
+    assert found.principal[0] == pytest.approx(sorted(J), rel=1e-9)
+    assert np.linalg.det(found.principal[1]) == pytest.approx(1.0)
+    assert found.middle == pytest.approx(gap.centroid, abs=1e-12)
+
+
+def test_mass_of_a_closed_surface() -> None:
+    """Two triangles on each face of a box: its own, to rounding; and of all shapes that may be free there is one."""
+    box = Box((1.0, 0.7, 0.5), origin=AT)
+    corners = np.array([[x, y, z] for x in (0.1, 1.1) for y in (0.2, 0.9) for z in (0.3, 0.8)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))])
+    found, right = volume_of(Surface(corners, triangles)), volume_of(gap_of(box))  # type: ignore[arg-type]
+    assert found is not None
+    assert right is not None
+    assert pytest.approx(right.V, rel=1e-12) == found.V
+    assert pytest.approx(right.C, rel=1e-12, abs=1e-15) == found.C
+    section = ((0.0, 0.0), (0.3, 0.0), (0.0, 0.5))
+    own = [gap_of(shape) for shape, _, _ in KNOWN.values()] + [gap_of(Revolved(section, AXIS, AT))]
+    assert {type(gap) for gap in own} <= set(VOLUMES)
+    assert {type(shape) for shape, _, _ in KNOWN.values()} | {Revolved} < set(HEAVY)
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_forces_of_a_free_body_are_derivatives_and_balance(parts: int) -> None:
+    """Central differences to 1e-8 of the largest; forces and moments of nodes and body add up to nothing: rounding.
+
+    Moments are about the body's own axes, so that a rotation vector takes them by the transposed right Jacobian.
+    """
+    rng = np.random.default_rng(0)
+    gap: Any = gap_of(Cylinder(L, R, AXIS, AT))
+    volume: Any = volume_of(gap)
+    points = volume.middle + 0.5 * rng.standard_normal((9, 3))
+    nodes, n = np.arange(9), 27
+    touching = Touching(nodes, points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
+    if parts > 1:
+        touching = inner(touching, points, nodes.reshape(3, 3), parts)
+    body = Free(n, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
+    chart = Bodies([body])
+    chart.turned[0] = chart.turned[0] @ exponential(np.array([0.3, -0.2, 0.5]))
+    whole = Assembly(n + 6, np.zeros(0, dtype=np.int64), [touch := afloat(touching, chart, 0)], [])
+    x, h = 0.1 * rng.standard_normal(n + 6), 1e-6
+    x[-3:] = 0.1, -0.2, 0.15
+    ways = np.eye(n + 6)
+    g = whole.gradient(x, 1.0)
+    slopes = np.array([(whole.value(x + h * e, 1.0) - whole.value(x - h * e, 1.0)) / (2 * h) for e in ways])
+    by_vector = g.copy()
+    by_vector[-3:] = right_jacobian(x[-3:]).T @ g[-3:]
+    assert slopes == pytest.approx(by_vector, abs=1e-8 * np.abs(g).max())
+    K = whole.tangent(x, 1.0).toarray()
+    changes = np.array([(whole.gradient(x + h * e, 1.0) - whole.gradient(x - h * e, 1.0)) / (2 * h) for e in ways]).T
+    assert np.abs(K - changes).max() < 1e-8 * np.abs(K).max()
+    f, at = -g[:n].reshape(-1, 3), points + x[:n].reshape(-1, 3)
+    assert f.sum(axis=0) - g[n : n + 3] == pytest.approx(0.0, abs=1e-14)
+    own = np.cross(chart.middle(0, x), -g[n : n + 3]) - chart.axes(0, x) @ g[n + 3 :]
+    assert np.cross(at, f).sum(axis=0) + own == pytest.approx(0.0, abs=1e-14)
+    definite = whole.tangent(x, 1.0, projected=True).toarray()[:n, :n]
+    assert np.linalg.eigvalsh(definite).min() > -1e-10 * np.abs(definite).max()
+    assert touch.gaps(x).min() < 0.8
+
+
+def test_turns_are_counted_anew() -> None:
+    """After many steps axes are those of one turn, and still of length one: to rounding."""
+    body = Free(0, 1.0, np.ones(3), np.eye(3), np.zeros(3))
+    chart, x = Bodies([body]), np.array([0.0, 0.0, 0.0, 0.02, -0.01, 0.03])
+    for _ in range(1000):
+        new = chart.rebase(x)
+        assert not new[3:].any()
+    assert chart.turned[0] == pytest.approx(exponential(1000 * x[3:]), abs=1e-11)
+    assert chart.turned[0] @ chart.turned[0].T == pytest.approx(np.eye(3), abs=1e-14)
