@@ -60,7 +60,7 @@ def begun(problem: Statics, x: Floats) -> Floats:
 
     What touched them goes along; where nothing is known of where they were, and where that leads nowhere, the state.
     """
-    if problem.rubs:
+    if any(energy.rubs for energy in problem.assembly.loads):
         from softmark.solvers.statics.towing import towed
 
         return towed(problem, x)

@@ -32,7 +32,16 @@ def pairs_on(case: Case, mesh: Mesh) -> dict[str, Energy]:
     return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
 
 
-def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
+def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
+    pressing = _pressing(case, pair, mesh)
+    if not pair.thing.friction:
+        return pressing
+    from softmark.solvers.contact.sliding import Sliding
+
+    return Sliding(pressing, pair.thing.friction)
+
+
+def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     _must_be_installed(pair)
     said, several = pair.thing, int(pieces_of(mesh).max()) > 0
     parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)
