@@ -45,7 +45,8 @@ def _rubbed(name: str, pair: Any, mesh: Moved, u: Floats) -> Floats:
     area = 0.5 * skin.A[which]
     N = area[:, None] * sliding.pressures(p, x, skin.faces, pairs, pressing.distance, pressing.stiffness)
     pull = (area * pair.spring)[:, None] * own.anchors.s[which]
-    f, on = sliding.rubbed(p, x, skin.faces, pairs, pull, pair.friction * np.linalg.norm(N, axis=1))
+    n = sliding.normals(x[skin.faces[skin.own[which]]])
+    f, on = sliding.rubbed(p, x, skin.faces, pairs, pull, pair.friction * np.abs((n * N).sum(axis=1)))
     each = np.zeros_like(V)
     each[: skin.corners] = on
     each[skin.corners + which] = f

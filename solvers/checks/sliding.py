@@ -115,11 +115,17 @@ def rubbed(
     return f, on
 
 
-def _ranks(r: Floats, t: Floats) -> Floats:
-    """What is least for the face that rubs: the distance (c,), and where it is the same how the face looks."""
+def normals(t: Floats) -> Floats:
+    """Of faces t (c, d, d): (c, d)."""
     a = t[:, 1] - t[:, 0]
     n = np.cross(a, t[:, 2] - t[:, 0]) if t.shape[1] == 3 else a[:, ::-1] * (1.0, -1.0)
+    found: Floats = n / np.sqrt((n**2).sum(axis=1))[:, None]
+    return found
+
+
+def _ranks(r: Floats, t: Floats) -> Floats:
+    """What is least for the face that rubs: the distance (c,), and where it is the same how the face looks."""
     far = np.sqrt((r**2).sum(axis=1))
-    looks = np.abs((r * n).sum(axis=1)) / (np.sqrt((n**2).sum(axis=1)) * np.maximum(far, LEAST))
+    looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
     found: Floats = far * (1.0 + ALIKE * (1.0 - looks))
     return found

@@ -1,7 +1,7 @@
 """Coulomb friction between surfaces that both deform: what holds points of one to the other, up to what slides.
 
-Every point spread over a surface is pressed by a force of its own along a normal, and rubs on the nearest face of the
-other surface. How far it has gone along that since the last state is its own way less that of the point of the face
+Every point spread over a surface is pressed by a force of its own across that surface, and rubs along it on the nearest
+face of the other. How far it has gone along that since the last state is its own way less that of the point of the face
 beside it, and less what the turn of the face makes of the gap between them: so friction has no moment (`Hold`).
 """
 
@@ -39,7 +39,7 @@ class Since:
 
 @dataclass(frozen=True)
 class Hold:
-    """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d).
+    """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d) of their own surface.
 
     `far` (m,), m, is their distance. Their ways along the surface (m d,), m, are `start` + `W` x of displacements x (dofs,); W^T takes forces along the
     surface to nodes. `spring` (m,), N/m, holds each.
@@ -123,8 +123,8 @@ class Sliding(Wandering):
 
     def _held(self, x: Floats) -> Hold:
         skin, V = self.skin, self.skin.places(x)
-        f = -self.pressing.forces(x)[skin.corners :]
-        N = np.linalg.norm(f, axis=1)
+        n = _normals(V[skin.faces[skin.own]])
+        N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
         pairs = self.pressing.beside(x)
         of = pairs[:, 0] - skin.corners
         pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
@@ -133,10 +133,9 @@ class Sliding(Wandering):
         pairs, p, t = pairs[nearest], p[nearest], t[nearest]
         far = np.linalg.norm(p - np.einsum("ca,cai->ci", shares(p, t), t), axis=1)
         which = pairs[:, 0] - skin.corners
-        n = f[which] / N[which][:, None]
-        W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n, len(V)) @ skin.M
+        W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
         spring = HALF * self.spring * skin.A[which]
-        return Hold(which, N[which], n, far, W, self._start(which, n, W), spring)
+        return Hold(which, N[which], n[which], far, W, self._start(which, n[which], W), spring)
 
     def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
         """The part of ways (m d,), m, that is not of displacements: springs that are stretched, turned with normals."""
@@ -220,7 +219,8 @@ class Sliding(Wandering):
         v, rows = len(self.skin.X), np.repeat(np.arange(m), d)
         at = (d * (self.skin.corners + hold.which)[:, None] + np.arange(d)).ravel()
         n = sparse.csr_matrix((hold.n.ravel(), (rows, at)), shape=(m, d * v))
-        N = -(n @ self.pressing.stiff(x)) @ self.skin.M
+        sign = -np.sign(np.einsum("mi,mi->m", hold.n, self.pressing.forces(x)[self.skin.corners + hold.which]))
+        N = -sparse.diags(sign) @ (n @ self.pressing.stiff(x)) @ self.skin.M
         way = np.where(slip.slides[:, None], self.friction * u, 0.0)
         return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
 
