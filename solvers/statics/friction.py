@@ -25,6 +25,7 @@ CLOSEST = 1.5  # from one stiffness to the next: given up below
 ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
 NEAR = 1e-4  # residual to which the soft one is solved
 EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as the residual falls
+FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole steps go too near to
 
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
@@ -79,13 +80,14 @@ def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, gr
 def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
     """The equilibrium by whole steps of all of it, from a residual; None where these do not lead there."""
     moved, done = newton.moved, False
-    for most in EACH:
+    for most in EACH if _first(newton.assembly) < 1.0 else FALLS:
         try:
             x, done, left = newton.steps(x, most, load)
         except NotConverged:
             break
         if done or not left < residual:
             break
+        residual = left
     if not done:
         newton.moved = moved
     return x if done else None
