@@ -21,7 +21,8 @@ def of_pairs(case: Case, mesh: Moved, u: Floats) -> dict[str, Floats]:
     Raises Unchecked.
     """
     found = {}
-    for name, pair in pairs_on(case, mesh.mesh).items():
+    each: dict[str, Any] = pairs_on(case, mesh.mesh)
+    for name, pair in each.items():
         g = np.zeros(u.size)
         (pair.pressing if pair.rubs else pair).add_gradient(u.ravel(), g)
         if pair.rubs:

@@ -21,11 +21,11 @@ class Itself:
     plane and of revolution, with the package ipctk (the extra `contact`: `pip install "softmark[contact]"`).
     `force(NAME, along = +z)` is the force on all pieces but the first.
 
-    With `friction` surfaces stick up to friction times pressure, and slide beyond: Coulomb's law at every point of both,
-    by return mapping. What sticks gives way by friction times pressure over Young's modulus of the distance, or so. What
-    slides depends on the way there: each of the `states` of a static analysis is one step from the state before, so that
-    more states are a finer path; without states all of the load is one step. `slip(NAME)` and `stick_area(NAME)` say
-    what slides, `dissipation(BODY)` what has become heat.
+    With `friction` surfaces stick up to friction times pressure, and slide beyond: Coulomb's law at points of both, by
+    return mapping. What sticks gives way by a part of the distance: friction times pressure over ten stiffnesses of the
+    barrier. What slides depends on the way there: each of the `states` of a static analysis is one step from the state
+    before, so that more states are a finer path; without states all of the load is one step. `slip(NAME)` and
+    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
     """
 
     body: Annotated[str, "body", "the deformable body"]

@@ -5,6 +5,8 @@ Distances by Gram's matrix, the law of the barrier and the way of forces to corn
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -76,7 +78,7 @@ def pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, s
 
 
 def _add(
-    found: Floats, p: Floats, x: Floats, of: Ints, corners: Ints, count: Floats, distance: float, stiffness: float
+    found: Floats, p: Floats, x: Floats, of: Ints, corners: Ints, count: NDArray[Any], distance: float, stiffness: float
 ) -> None:
     some = count != 0.0
     of, corners, count = of[some], corners[some], count[some]
@@ -85,9 +87,7 @@ def _add(
     np.add.at(found, of, (count * law(far, distance, stiffness) / np.maximum(far, LEAST))[:, None] * r)
 
 
-def rubbed(
-    p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats
-) -> tuple[Floats, Floats]:
+def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:
     """Forces on points p (s, d) and corners x (v, d), N, of springs that pull (s, d), N, by no more than `most` (s,).
 
     Each acts on the nearest face, where it is, and turns nothing: forces along the gap r at its corners c, sum c = 0,

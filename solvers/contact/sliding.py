@@ -39,10 +39,10 @@ class Since:
 
 @dataclass(frozen=True)
 class Hold:
-    """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d) of their own surface.
+    """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d) of their surface.
 
-    `far` (m,), m, is their distance. Their ways along the surface (m d,), m, are `start` + `W` x of displacements x (dofs,); W^T takes forces along the
-    surface to nodes. `spring` (m,), N/m, holds each.
+    `far` (m,), m, is their distance. Their ways along the surface (m d,), m, are `start` + `W` x of displacements x
+    (dofs,); W^T takes forces along the surface to nodes. `spring` (m,), N/m, holds each.
     """
 
     which: Ints
@@ -102,7 +102,7 @@ class Sliding(Wandering):
         return self.pressing.skin
 
     @property
-    def told(self) -> NDArray[np.bool_] | None:  # type: ignore[override]
+    def told(self) -> NDArray[np.bool_] | None:
         """Nodes (n,) of all pieces but the first."""
         found: NDArray[np.bool_] | None = self.pressing.told
         return found

@@ -3,8 +3,8 @@
     .venv/bin/python tests/benchmarks/half_spheres.py [--friction 0.5] [--cells quad4:0.5 quad8:1]
 
 The problem of Puso and Laursen (2004) as Areias et al. (2015) and Zimmerman and Ateshian (2018) have it, on bodies of
-revolution. Forces on a quarter, N, at 1, 2, 3, 4 and 5 mm of travel, beside what others published (digitised by Batistic,
-solids4foam's solid-benchmarks, hyperElasticity/compressedSpheres).
+revolution. Forces on a quarter, N, at 1, 2, 3, 4 and 5 mm of travel, beside what others published (digitised by
+Batistic, solids4foam's solid-benchmarks, hyperElasticity/compressedSpheres).
 """
 
 from __future__ import annotations

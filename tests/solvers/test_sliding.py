@@ -19,7 +19,7 @@ from softmark.solvers.contact.colliding import Colliding
 from softmark.solvers.contact.sliding import Sliding
 
 GAP, MU = 2e-3, 0.4
-CASES = [("tet4", 0.0), ("tet10", 0.0), ("hex8", 0.0), ("quad4", 0.0), ("tri6", 0.0), ("quad8", 0.05)]
+CASES = [("tet4", 0.0), ("hex8", 0.0), ("tri6", 0.0), ("quad8", 0.05)]
 
 
 def made(kind, depth=0.0):
@@ -83,23 +83,25 @@ def test_a_motion_of_all_together_is_no_slip():
     y = x + (np.cross(turn, place) + shift).ravel()
     after = held.hold(y).slip(y, MU)
     np.testing.assert_allclose(after.size, before.size, atol=1e-7)
-    assert 1e-7 < 1e-3 * GAP
 
 
 def test_what_slides_loses_heat_and_what_is_left_is_its_spring():
     """A state goes on from itself with the same forces, and without heat."""
     energy, _, x = made("hex8")
     since, slid, heat = energy.settled(x)
-    assert (slid >= 0.0).all() and slid.max() > 0.0 and heat > 0.0
+    assert slid.min() >= 0.0
+    assert slid.max() > 0.0
+    assert heat > 0.0
     held = replace(energy, since=since)
     np.testing.assert_allclose(gradient(held, x), gradient(energy, x), atol=1e-9 * np.abs(gradient(energy, x)).max())
     _, slid, heat = held.settled(x)
-    assert slid.max() < 1e-12 and 0.0 <= heat < 1e-12
+    assert slid.max() < 1e-12
+    assert 0.0 <= heat < 1e-12
 
 
 @pytest.mark.parametrize(("kind", "depth"), CASES)
 def test_forces_by_other_formulas(kind, depth):
-    """Pressures by Gram's matrix and sums over faces, sides and corners; ways of forces to corners by linear systems."""
+    """Pressures by Gram's matrix and sums over faces, sides and corners; forces at corners by linear systems."""
     energy, _, x = made(kind, depth)
     skin, c = energy.skin, energy.pressing
     since, _, _ = energy.settled(x)

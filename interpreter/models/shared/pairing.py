@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ REACH = 1e-2  # of the size: surfaces that are no farther apart lie on each othe
 CLOSE = 1e-8  # of the size: surfaces that are nearer touch
 
 
-def pairs_on(case: Case, mesh: Mesh) -> dict[str, Energy]:
+def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
     """The energy of every contact of the body with itself and of every tie, by name. Raises Fault."""
     return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
 

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 class Rubbed:
     """What a state leaves of a contact with friction.
 
-    `anchors` (m, 3) are points of the rigid body as it is declared, m, or what surfaces that deform leave (`Since`), and
-    `slid` (m,) how far each node, or sample, has slid in all, m. `work` is what friction has turned into heat up to this state, J, and `now` in it alone.
+    `anchors` (m, 3) are points of the rigid body as it is declared, m, or what surfaces that deform leave (`Since`),
+    and `slid` (m,) how far each node, or sample, has slid in all, m. `work` is what friction has turned into heat up to
+    this state, J, and `now` in it alone.
     """
 
     anchors: Any
