@@ -25,7 +25,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats, VectorSpace
+from softmark.solvers.energies.energy import Floats, VectorSpace, Wandering
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.systems import Linear, Systems
@@ -157,11 +157,11 @@ def _given(newton: Newton) -> Floats:
 
 
 def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
-    """A state whose supports go on by increments (c,); by parts, with an equilibrium of each, where bodies may touch.
+    """A state whose supports go on by increments (c,); by parts, with an equilibrium of each, where surfaces may meet.
 
     Raises NotConverged.
     """
-    if not newton.problem.touches:
+    if not any(isinstance(energy, Wandering) for energy in newton.assembly.internal):
         return newton.follow(x, left, 1.0)
     done, part = 0.0, 1.0
     while done < 1.0:
