@@ -62,7 +62,7 @@ BROAD = {
     "rubber-laws", "balloon", "twisted-rubbers", "stress-in-sections", "one-point",
     "elastic-foundation", "creeping-cantilevers",
     "ring-of-a-file", "indented-layer", "grasp",
-    "sphere-on-gel", "half-spheres", "pin-on-a-membrane", "pressed-blocks", "indentation", "bar-on-a-wall",
+    "sphere-on-gel", "half-spheres", "ironing", "pin-on-a-membrane", "pressed-blocks", "indentation", "bar-on-a-wall",
     "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
     "hollow-cantilever",

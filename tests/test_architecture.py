@@ -253,6 +253,7 @@ READ = {
     "silicone-beam-filled",
     "named-parts",
     "ring-of-a-file",
+    "ironing",
     "thick-plate",
 }  # of a surface or a mesh, which is looked at
 CHECKED = """

@@ -121,7 +121,7 @@ def found(
 
 
 def _must_forget(case: Case) -> None:
-    if case.rubbed:
+    if case.remembered:
         raise Unknown("with friction a state depends on those before it, which a finer space has not gone through")
 
 

@@ -30,7 +30,7 @@ class OfFriction(OfContact):
 
 @dataclass(frozen=True)
 class Slip(OfFriction):
-    """The farthest that a point of a body's surface that is pressed has slid on a rigid body, over all states.
+    """The farthest that a point of a body's surface that is pressed has slid on what it touches, over all states.
 
     The way itself, not its distance from where it began: what slides to and fro has slid both. Where it sticks it gives
     way by friction times pressure over the stiffness of the barrier per distance, less than the barrier's distance, and

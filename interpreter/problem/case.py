@@ -117,6 +117,11 @@ class Case:
         return any(touch.thing.friction for touch in self.contacts)
 
     @property
+    def remembered(self) -> bool:
+        """Whether friction makes a state depend on those before it."""
+        return self.rubbed or any(getattr(pair.thing, "friction", 0.0) for pair in self.pairs)
+
+    @property
     def named_supports(self) -> tuple[Declared, ...]:
         """Its supports without what holds a plane body in its plane."""
         return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))

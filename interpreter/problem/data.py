@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from softmark.interpreter.language.scene import Location
 from softmark.interpreter.problem.case import fault
@@ -43,5 +43,6 @@ def _of_region(shape: AnyShape, at: Location) -> AnyShape:
 
     if not isinstance(shape, FlatFile):
         return shape
-    here: AnyShape = replace(shape, region=located(shape.region, at))
+    region: Any = shape.region
+    here: AnyShape = replace(shape, region=located(region, at))
     return here

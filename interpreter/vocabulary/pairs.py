@@ -17,15 +17,22 @@ class Itself:
     more as the gap closes, so that a gap of less than the distance is left, which is part of the stated error. It is
     integrated over both surfaces, whose meshes need not match; facets are split `parts` times along each side for that,
     and a uniform pressure is uniform the better the more there are. Surfaces must be apart at the start, be it by
-    little: the distance is then no more than their gap. Frictionless. Finite elements at rest take it, in space, in the
+    little: the distance is then no more than their gap. Finite elements at rest take it, in space, in the
     plane and of revolution, with the package ipctk (the extra `contact`: `pip install "softmark[contact]"`).
     `force(NAME, along = +z)` is the force on all pieces but the first.
+
+    With `friction` surfaces stick up to friction times pressure, and slide beyond: Coulomb's law at points of both, by
+    return mapping. What sticks gives way by a part of the distance: friction times pressure over ten stiffnesses of the
+    barrier. What slides depends on the way there: each of the `states` of a static analysis is one step from the state
+    before, so that more states are a finer path; without states all of the load is one step. `slip(NAME)` and
+    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
     """
 
     body: Annotated[str, "body", "the deformable body"]
     where: Annotated[Any, "condition", "which part of its surface may touch, by coordinates before deformation"] = (
         EVERYWHERE
     )
+    friction: Annotated[float, "1 in [0, 10]", "Coulomb's coefficient of friction"] = 0.0
     distance: Annotated[float | None, "m in (0, inf)", "where the barrier begins; by default a thousandth of the size,"
                         " or the least gap"] = None  # fmt: skip
     stiffness: Annotated[float | None, "Pa in (0, inf)", "of the barrier: a quarter of its pressure at half the"

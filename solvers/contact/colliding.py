@@ -132,8 +132,15 @@ class Colliding(Wandering):
             found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
             return found
         V, corners = self._places(x)
-        self._kept["x"], self._kept["near"] = x, (self._pairs(V), self._guard(corners), V, corners)
+        pairs, self._kept["beside"] = self._pairs(V)
+        self._kept["x"], self._kept["near"] = x, (pairs, self._guard(corners), V, corners)
         return self._near(x)
+
+    def beside(self, x: Floats) -> Ints:
+        """Places of samples, and faces that may press on them in a state, by numbers (p, 2)."""
+        self._near(x)
+        found: Ints = self._kept["beside"]
+        return found
 
     def _guard(self, corners: Floats) -> Any:
         """Vertices and triangles, and edges, that are near each other."""
@@ -158,8 +165,11 @@ class Colliding(Wandering):
         kept = across > PARALLEL * np.prod(np.sum(way**2, axis=2), axis=1)
         near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
-    def _pairs(self, V: Floats) -> Any:
-        """Samples and the faces, sides and corners of faces near them, each with its area as its weight."""
+    def _pairs(self, V: Floats) -> tuple[Any, Ints]:
+        """Samples and the faces, sides and corners of faces near them, each with its area as its weight.
+
+        With the numbers of samples and faces (p, 2).
+        """
         ipc, skin = toolkit(), self.skin
         near = ipc.Candidates()
         near.build(self._sampled, V, self._reach)
@@ -180,7 +190,7 @@ class Colliding(Wandering):
         edges, faces = self._sampled.edges, self._sampled.faces
         for pair in (pairs[i] for i in range(len(pairs))):
             pair.weight *= skin.A[max(pair.vertex_ids(edges, faces)) - skin.corners]
-        return pairs
+        return pairs, ids[wanted]
 
     # ------------------------------------------------------------------ energy
 
@@ -231,6 +241,12 @@ class Colliding(Wandering):
         H = H.tocsr() / self._unit**2
         H.resize((len(x), len(x)))  # pressures, where there are any, come last
         return H
+
+    def stiff(self, x: Floats) -> Any:
+        """What presses on samples, by the places of corners and samples: sparse (d v, d v), N/m."""
+        pairs, _, V, _ = self._near(x)
+        none = toolkit().PSDProjectionMethod.NONE
+        return self._potential.hessian(pairs, self._sampled, V, none).tocsr() / self._unit**2
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: `matrix` has it all."""

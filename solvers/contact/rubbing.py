@@ -44,7 +44,7 @@ class Dual:
     def __init__(self) -> None:
         self.known: tuple[Floats, Floats, Floats, Floats] | None = None  # s, t, u, w of the iterate before
 
-    def at(self, s: Floats, size: Floats, most: Floats, spring: float) -> Floats:
+    def at(self, s: Floats, size: Floats, most: Floats, spring: float | Floats) -> Floats:
         """The tractions (m, 3) for a tangent at slips s (m, 3), m."""
         w = np.maximum(np.maximum(size, most / spring), TINY)
         u = np.where((spring * size > most)[:, None], s / np.maximum(size, TINY)[:, None], 0.0)

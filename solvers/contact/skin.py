@@ -6,6 +6,7 @@ So a place on the surface is X + M x of the degrees of freedom x, M sparse: grad
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,21 @@ class Skin:
     def flat(self) -> bool:
         """Whether it is that of a slice."""
         return bool(self.X.shape[1] == 2)
+
+    @cached_property
+    def own(self) -> Ints:
+        """The face (points,) that each sample lies on at rest."""
+        from softmark.solvers.contact.nearest import shares
+
+        order = np.argsort(self.home, kind="stable")
+        first, last = (np.searchsorted(self.home[order], self.of, side) for side in ("left", "right"))
+        sample = np.repeat(np.arange(self.points), last - first)
+        face = order[np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])]
+        p, t = self.X[self.corners + sample], self.X[self.faces[face]]
+        far = np.linalg.norm(p - np.einsum("ca,cai->ci", shares(p, t), t), axis=1)
+        ranked = np.lexsort((far, sample))
+        found: Ints = face[ranked[np.unique(sample[ranked], return_index=True)[1]]]
+        return found
 
     def places(self, x: Floats) -> Floats:
         """Where its corners and samples are (v, d), m, in a state of which displacements come first."""

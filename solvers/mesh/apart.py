@@ -41,14 +41,14 @@ class Apart(Shape):
 
     @property
     def flat(self) -> bool:  # type: ignore[override]
-        """Whether they are plane regions."""
-        return bool(self.one.flat)
+        """Whether they are plane regions; those of files are what the other is."""
+        return any(bool(shape.flat) for shape in self.pair)
 
     @property
     def fault(self) -> str:
         """That of one of them, or that one is plane and the other is not."""
         found = next((shape.fault for shape in self.pair if shape.fault), "")
-        if found or self.one.flat == self.other.flat:
+        if found or len({shape.flat for shape in self.pair if not shape.prebuilt}) < 2:
             return str(found)
         return "one of its shapes is a plane region and the other is a solid"
 
@@ -70,7 +70,7 @@ class Apart(Shape):
     @property
     def ends(self) -> tuple[Place, Place]:
         """Lowest and highest x and y of plane regions, m."""
-        (a, b), (c, d) = self.one.ends, self.other.ends
+        (a, b), (c, d) = (_ends(shape) for shape in self.pair)
         return (min(a[0], c[0]), min(a[1], c[1])), (max(b[0], d[0]), max(b[1], d[1]))
 
     @property
@@ -100,7 +100,7 @@ class Apart(Shape):
 
     def slice(self, depth: float) -> Apart:
         """Of plane regions the slices, so thick (m)."""
-        return Apart(self.one.slice(depth), self.other.slice(depth), self.coarser)
+        return Apart(_sliced(self.one, depth), _sliced(self.other, depth), self.coarser)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
         """Cells of both along their directions; None where a size does not say."""
@@ -122,3 +122,21 @@ class Apart(Shape):
         """Points (n, 3) in m and triangles (t, 3) of both surfaces, outward."""
         (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
         return np.concatenate([a, b]), np.concatenate([s, t + len(a)])
+
+
+def _sliced(region: Any, depth: float) -> Any:
+    """A slice of a region, or of that in a file, so thick, m."""
+    if not region.prebuilt:
+        return region.slice(depth)
+    from softmark.solvers.mesh.flat_file import FlatFile
+
+    return FlatFile(region, depth)
+
+
+def _ends(region: Any) -> tuple[Place, Place]:
+    """Lowest and highest x and y of a region, m; of a file that cannot be read, which is said elsewhere, none."""
+    if not region.prebuilt:
+        ends: tuple[Place, Place] = region.ends
+        return ends
+    (a, b, _), (c, d, _) = _sliced(region, 1.0).bounds or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return (a, b), (c, d)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3
@@ -14,16 +14,23 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.filled import Seen
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.mesh.shape import Surface
-    from softmark.solvers.mesh.shapes import MeshFile
 
 NEAR = 1e-9  # of its size: what lies so near to its bounds is within them
+
+
+class OfFile(Protocol):
+    """A mesh file, as a scene says it: where it is, what its unit is, m, and what points in one place mean."""
+
+    path: str
+    unit: float
+    coincident: Any
 
 
 @dataclass(frozen=True)
 class FlatFile(Shape):
     """A slice of a region in a file, so thick (m). Its bounds are those of the file, which is read for them."""
 
-    region: MeshFile
+    region: OfFile
     depth: float
 
     prebuilt = True

@@ -25,7 +25,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats, VectorSpace
+from softmark.solvers.energies.energy import Floats, VectorSpace, Wandering
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.systems import Linear, Systems
@@ -45,6 +45,7 @@ DOUBTED = 1e-4  # condition number times eps from which the error of rounding is
 HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits are no answer
 SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
 AWAY = 1e-9  # of the extent of a body: supports of a given state that are farther off carry it with them
+SHORTEST = 1e-3  # of the way of supports from a given state: given up below
 BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
 
 
@@ -147,11 +148,32 @@ def _given(newton: Newton) -> Floats:
     newton.relax()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
-        x = newton.follow(x, left, 1.0)  # without the body, whole cells beside a support would be squeezed
+        x = _along(newton, x, left)  # without the body, whole cells beside a support would be squeezed
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     if not np.isfinite(newton.strain(x)):
         raise NotConverged("the state to start from is outside the domain of the law", tuple(newton.history))
     newton.moved = float(np.linalg.norm((x - problem.rest) / problem.weights))
+    return x
+
+
+def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
+    """A state whose supports go on by increments (c,); by parts, with an equilibrium of each, where surfaces may meet.
+
+    Raises NotConverged.
+    """
+    if not any(isinstance(energy, Wandering) for energy in newton.assembly.internal):
+        return newton.follow(x, left, 1.0)
+    done, part = 0.0, 1.0
+    while done < 1.0:
+        part = min(part, 1.0 - done)
+        try:
+            x = newton.descend(newton.follow(x, part * left, 1.0), 1.0)
+        except NotConverged:
+            part *= 0.5
+            if part < SHORTEST:
+                raise
+        else:
+            done, part = done + part, 2.0 * part
     return x
 
 

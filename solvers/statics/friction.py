@@ -25,11 +25,13 @@ CLOSEST = 1.5  # from one stiffness to the next: given up below
 ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
 NEAR = 1e-4  # residual to which the soft one is solved
 EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as the residual falls
+FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole steps go too near to
 
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium with friction at a load, from x. Raises NotConverged."""
-    if newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
+    soft = _first(newton.assembly)
+    if soft < 1.0 and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
         own = _like(newton, _softened(newton.assembly, load, 1.0), newton.problem.tolerance)
         try:
             found = _settled(own, x, load, None, grips=False)
@@ -39,7 +41,7 @@ def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
             newton.moved = own.moved
             _take(newton, own)
             return found
-    soft, target, before, own = 0.0, SOFT, None, newton
+    soft, target, before, own = 0.0, soft, None, newton
     while soft < 1.0:
         assembly = _softened(newton.assembly, load, target)
         tolerance = newton.problem.tolerance if target == 1.0 else max(newton.problem.tolerance, NEAR)
@@ -78,13 +80,14 @@ def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, gr
 def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
     """The equilibrium by whole steps of all of it, from a residual; None where these do not lead there."""
     moved, done = newton.moved, False
-    for most in EACH:
+    for most in EACH if _first(newton.assembly) < 1.0 else FALLS:
         try:
             x, done, left = newton.steps(x, most, load)
         except NotConverged:
             break
         if done or not left < residual:
             break
+        residual = left
     if not done:
         newton.moved = moved
     return x if done else None
@@ -103,10 +106,16 @@ def _take(newton: Newton, own: Newton) -> None:
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 
+def _first(assembly: Assembly) -> float:
+    """How soft to begin: rigid bodies alone let whole steps lead behind their surface."""
+    return SOFT if any(e.rubs for e in assembly.loads) else 1.0
+
+
 def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
     """Why there is no equilibrium: that all that touches slides, if it does where Newton's method was left."""
-    each: list[Any] = [e for e in newton.assembly.loads if e.rubs]
-    if x is None or any(e.at(load).softened(SOFT).holds(x) for e in each):
+    soft = _softened(newton.assembly, load, SOFT)
+    each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
+    if x is None or any(e.holds(x) for e in each):
         return failure
     reason = f"all that touches slides at {100 * load:.4g} % of the load, and nothing else holds it"
     return NotConverged(reason, failure.history, failure.facts, failure.unstable, failure.loose)
@@ -118,12 +127,17 @@ def steady(newton: Newton, x: Floats) -> bool | None:
 
 
 def _softened(assembly: Assembly, load: float, soft: float) -> Assembly:
-    each: list[Any] = list(assembly.loads)
-    loads = [e.at(load).softened(soft) if e.rubs else e for e in each]
-    return assembly.acting(assembly.internal, loads)
+    """With friction at a load that is so many times as stiff."""
+    inner, outer = list[Any](assembly.internal), list[Any](assembly.loads)
+    internal = [e.softened(soft) if e.rubs else e for e in inner]
+    return assembly.acting(internal, [e.at(load).softened(soft) if e.rubs else e for e in outer])
 
 
 def _lagged(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
     """With the pressures that those before have in x; at first, where nothing is known of them, everything sticks."""
-    each: Any = zip(assembly.loads, (before or assembly).loads, strict=True)
-    return assembly.acting(assembly.internal, [e.lagged(x, was, grips) if e.rubs else e for e, was in each])
+    was = before or assembly
+
+    def each(own: Any, known: Any) -> list[Any]:
+        return [e.lagged(x, e0, grips) if e.rubs else e for e, e0 in zip(own, known, strict=True)]
+
+    return assembly.acting(each(assembly.internal, was.internal), each(assembly.loads, was.loads))

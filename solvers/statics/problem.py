@@ -168,7 +168,7 @@ class Statics:
     @property
     def rubs(self) -> bool:
         """Whether there is friction that counts with the pressures of the state itself."""
-        return any(energy.rubs for energy in self.assembly.loads)
+        return any(energy.rubs for energy in (*self.assembly.internal, *self.assembly.loads))
 
     @property
     def longest(self) -> float:

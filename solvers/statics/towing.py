@@ -43,7 +43,7 @@ def begun(problem: Statics, x: Floats) -> Floats:
 
     What touched them goes along; where nothing is known of where they were, and where that leads nowhere, the state.
     """
-    if problem.rubs:
+    if any(energy.rubs for energy in problem.assembly.loads):
         return towed(problem, x)
     known: list[Any] = list(problem.assembly.loads)
     each = [energy.driven and energy.earlier is not None for energy in known]

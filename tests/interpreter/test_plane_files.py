@@ -16,6 +16,7 @@ import softmark
 from softmark.interpreter.run.options import Options
 from softmark.interpreter.run.pipeline import run
 from softmark.solvers.mesh import groups
+from softmark.solvers.mesh.apart import Apart
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
 from softmark.solvers.mesh.flat import Flat, Quadrilateral, QuarterRing
 from softmark.solvers.mesh.flat_file import FlatFile
@@ -221,3 +222,16 @@ def test_shapes_load_nothing_of_plane_files(tmp_path: Path) -> None:
     known = {"solvers.mesh.flat_file", "solvers.mesh.files.flat_cells"}
     assert not known & loaded_by(of_shape)
     assert known <= loaded_by(of_file)
+
+
+def test_a_region_of_a_file_is_apart_from_another(tmp_path: Path) -> None:
+    """It is meshed by its own cells, beside those of a size: a sheet and itself have twice its volume."""
+    region = MeshFile(sheet(tmp_path / "sheet.msh", "quad4"), 1.0)
+    for pair in (Apart(SHEET, region), Apart(region, SHEET)):
+        assert not pair.fault
+        assert pair.flat
+        np.testing.assert_allclose(pair.ends, SHEET.ends, atol=1e-12)
+        made = pair.slice(0.002).mesh("quad4", SIZE)
+        one = SHEET.slice(0.002).mesh("quad4", SIZE)
+        assert len(made.cells) == 2 * len(one.cells)
+        assert made.volumes.sum() == pytest.approx(2.0 * one.volumes.sum(), rel=1e-9)

@@ -180,7 +180,7 @@ class PreparedSolid(OnMesh):
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         stiffer = found.facts.get("stiffened", 1.0)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
-        met = outside.met(self.contacts, u, stiffer, self.rubbed)
+        met = outside.met(self, u, stiffer)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
         modes = about(self.assembly, found.x, self.mass, self.problem.linear)
         if not found.solved:
@@ -200,7 +200,7 @@ class PreparedSolid(OnMesh):
         beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return outside.touched(found, beside, self.pieces[0].case, self.rubbed) if beside else found
+        return outside.touched(found, beside, self)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

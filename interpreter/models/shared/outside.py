@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.touching import Touching
-    from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.mesh import Mesh
 
 Solid = TypeVar("Solid")
@@ -96,26 +96,31 @@ def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
 
 def resumed(made: Solid, before: Moved) -> Solid:
     """The same, whose contacts know where their rigid bodies were in the state before."""
-    known: Any = made  # a dataclass with a problem and its contacts
-    if not before.beside:
+    known: Any = made  # a dataclass with a problem, its beds and its contacts
+    if not (before.beside or before.rubbed):
         return made
-    contacts = {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
+    beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
     if before.rubbed:
         from softmark.interpreter.models.shared import rubbing
 
-        known, contacts = replace(known, rubbed=before.rubbed), rubbing.resumed(contacts, before.rubbed)
-    problem = replace(known.problem, assembly=_acting(known.problem.assembly, contacts))
-    found: Solid = replace(known, problem=problem, contacts=contacts)
+        known = replace(known, rubbed=before.rubbed)
+        beds, contacts = (rubbing.resumed(own, before.rubbed) for own in (beds, contacts))
+    assembly = known.problem.assembly
+    internal = [*assembly.internal[: len(assembly.internal) - len(beds)], *beds.values()]
+    loads = [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()]
+    problem = replace(known.problem, assembly=assembly.acting(internal, loads))
+    found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts)
     return found
 
 
-def met(contacts: Mapping[str, Touching], u: Floats, stiffer: float, before: Past) -> dict[str, Any]:
+def met(solid: Any, u: Floats, stiffer: float) -> dict[str, Any]:
     """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers."""
-    stiff = {name: contact.stiffer(stiffer) for name, contact in contacts.items()}
-    return {"beside": beside(stiff), "stiffer": stiffer, "rubbed": past(stiff, u.ravel(), before)}
+    stiff = {name: contact.stiffer(stiffer) for name, contact in solid.contacts.items()}
+    remembered = past({**solid.beds, **stiff}, u.ravel(), solid.rubbed)
+    return {"beside": beside(stiff), "stiffer": stiffer, "rubbed": remembered}
 
 
-def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
+def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
     """What friction remembers after displacements u (3 n,), m; nothing where there is none."""
     if not any(contact.rubs for contact in contacts.values()):
         return {}
@@ -124,17 +129,20 @@ def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
     return past_of(contacts, u, before)
 
 
-def touched(found: Carried, contacts: Mapping[str, Touching], case: Case, before: Past) -> Carried:
-    """What acts on a body, with what rigid bodies do to it."""
-    from softmark.interpreter.models.answers import carried
+def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any) -> Carried:
+    """What acts on a solid, with what rigid bodies do to it, and with what rubs."""
+    if contacts:
+        from softmark.interpreter.models.answers import carried
 
-    found = carried.touched(found, contacts, case)
-    rubbed = past(contacts, found.u.ravel(), before)
+        found = carried.touched(found, contacts, solid.pieces[0].case)
+    each = {**solid.beds, **contacts}
+    rubbed = past(each, found.u.ravel(), solid.rubbed)
     if not rubbed:
         return found
-    from softmark.interpreter.models.shared.rubbing import slipped
+    from softmark.interpreter.models.shared.rubbing import slid, slipped
 
     touches = {n: slipped(t, contacts[n], found.u.ravel(), rubbed.get(n)) for n, t in found.touches.items()}
+    touches |= {n: slid(each[n], found.u.ravel(), rubbed[n]) for n in rubbed if n not in touches}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 

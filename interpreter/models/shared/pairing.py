@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,12 +27,21 @@ REACH = 1e-2  # of the size: surfaces that are no farther apart lie on each othe
 CLOSE = 1e-8  # of the size: surfaces that are nearer touch
 
 
-def pairs_on(case: Case, mesh: Mesh) -> dict[str, Energy]:
+def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
     """The energy of every contact of the body with itself and of every tie, by name. Raises Fault."""
     return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
 
 
-def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
+def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
+    pressing = _pressing(case, pair, mesh)
+    if not pair.thing.friction:
+        return pressing
+    from softmark.solvers.contact.sliding import Sliding
+
+    return Sliding(pressing, pair.thing.friction)
+
+
+def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     _must_be_installed(pair)
     said, several = pair.thing, int(pieces_of(mesh).max()) > 0
     parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)

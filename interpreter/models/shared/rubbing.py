@@ -4,32 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.results.reactions import Friction
+from softmark.interpreter.results.reactions import Friction, Touch
 from softmark.records import dataclass
+from softmark.solvers.contact.colliding import HALF
 from softmark.solvers.contact.rubbing import Rubbing
+from softmark.solvers.contact.sliding import Sliding
 
 PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 LEAST = 1e-300  # N
 
 if TYPE_CHECKING:
-    from softmark.interpreter.results.reactions import Touch
     from softmark.solvers.contact.touching import Touching
-    from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.energies.energy import Energy, Floats
 
 
 @dataclass(frozen=True)
 class Rubbed:
     """What a state leaves of a contact with friction.
 
-    `anchors` (m, 3) are points of the rigid body as it is declared, m, and `slid` (m,) how far each node has slid in
-    all, m. `work` is what friction has turned into heat up to this state, J, and `now` in it alone.
+    `anchors` (m, 3) are points of the rigid body as it is declared, m, or what surfaces that deform leave (`Since`),
+    and `slid` (m,) how far each node, or sample, has slid in all, m. `work` is what friction has turned into heat up to
+    this state, J, and `now` in it alone.
     """
 
-    anchors: Floats
+    anchors: Any
     slid: Floats
     work: float
     now: float
@@ -38,13 +40,17 @@ class Rubbed:
 Past = Mapping[str, Rubbed]
 
 
-def past_of(contacts: Mapping[str, Touching], u: Floats, before: Past) -> dict[str, Rubbed]:
+def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str, Rubbed]:
     """Of every contact with friction, after the displacements u (dofs,), m."""
     found = {}
     for name, contact in contacts.items():
-        if isinstance(contact, Rubbing):
+        earlier = before.get(name)
+        if isinstance(contact, Sliding):
+            since, now, lost = contact.settled(u)
+            slid, work = (0.0 * now, 0.0) if earlier is None else (earlier.slid, earlier.work)
+            found[name] = Rubbed(since, slid + now, work + lost, lost)
+        elif isinstance(contact, Rubbing):
             slid, lost = contact.slid(u), contact.lost(u)
-            earlier = before.get(name)
             known = (np.zeros_like(slid), 0.0) if earlier is None else (earlier.slid, earlier.work)
             found[name] = Rubbed(contact.settled(u), known[0] + slid, known[1] + lost, lost)
     return found
@@ -62,6 +68,29 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
     return replace(touch, rubbing=Friction(slip, held, area, own.now))
 
 
-def resumed(contacts: Mapping[str, Touching], past: Past) -> dict[str, Touching]:
+def slid(contact: Any, u: Floats, own: Rubbed) -> Touch:
+    """What a contact of surfaces that both deform comes to: areas are half of those of both."""
+    hold, A = contact.hold(u), contact.skin.A
+    slip = hold.slip(u, contact.friction)
+    area, whole = HALF * A[hold.which], float(hold.N.sum())
+    rubbing = Friction(
+        float(own.slid[hold.which].max(initial=0.0)),
+        float(hold.N[~slip.slides].sum() / max(whole, LEAST)),
+        float(area[~slip.slides].sum()),
+        own.now,
+    )
+    pressure = float((hold.N / area).max(initial=0.0))
+    left = float(hold.N @ hold.far / max(whole, LEAST))
+    return Touch(float(area.sum()), pressure, contact.pressing.least(u), left, rubbing=rubbing)
+
+
+def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
     """Contacts that go on from where a state has left their anchors."""
-    return {n: replace(c, anchors=past[n].anchors) if isinstance(c, Rubbing) else c for n, c in contacts.items()}
+    return {name: _resumed(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()}
+
+
+def _resumed(contact: Any, own: Rubbed) -> Energy:
+    found: Energy = (
+        replace(contact, since=own.anchors) if isinstance(contact, Sliding) else replace(contact, anchors=own.anchors)
+    )
+    return found

@@ -1,0 +1,131 @@
+"""What rubs between surfaces that both deform, found once more: pressures from distances, springs of what sticks.
+
+Distances by Gram's matrix, the law of the barrier and the way of forces to corners by formulas of their own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+LEAST = 1e-300
+ALIKE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point rubs
+
+
+def near(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
+    """Pairs (c, 2) of points p (s, d) and faces (t, k) of corners x (v, d) that may be within a reach, m."""
+    middle = x[faces].mean(axis=1)
+    size = float(np.linalg.norm(x[faces] - middle[:, None], axis=2).max(initial=0.0))
+    each = cKDTree(middle).query_ball_point(p, reach + size)
+    counts = [len(own) for own in each]
+    flat = np.concatenate([np.array(own, dtype=np.int64) for own in each]) if any(counts) else np.zeros(0, np.int64)
+    found: Ints = np.stack([np.repeat(np.arange(len(p)), counts), flat], axis=1)
+    return found
+
+
+def feet(p: Floats, t: Floats) -> Floats:
+    """The points (c, d) of simplices t (c, k, d) that are nearest to p (c, d): of the whole, or of what bounds it."""
+    k = t.shape[1]
+    if k == 1:
+        return t[:, 0]
+    sides = t[:, 1:] - t[:, :1]
+    gram = np.einsum("cai,cbi->cab", sides, sides)
+    s = np.linalg.solve(gram, np.einsum("cai,ci->ca", sides, p - t[:, 0])[..., None])[..., 0]
+    inside = (s >= 0.0).all(axis=1) & (s.sum(axis=1) <= 1.0)
+    found: Floats = t[:, 0] + np.einsum("ca,cai->ci", s, sides)
+    best = np.where(inside, 0.0, np.inf)
+    for left_out in range(k):
+        own = feet(p, np.delete(t, left_out, axis=1))
+        far = np.linalg.norm(p - own, axis=1)
+        nearer = far < best
+        found[nearer], best = own[nearer], np.minimum(best, far)
+    return found
+
+
+def law(far: Floats, distance: float, stiffness: float) -> Floats:
+    """The pressure of the barrier, Pa, at distances (c,), m: nothing beyond its own."""
+    s = np.minimum(far / distance, 1.0)
+    found: Floats = stiffness * (2.0 * (1.0 - s**2) ** 2 / s - 8.0 * (1.0 - s**2) * s * np.log(s))
+    return found
+
+
+def pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
+    """On points p (s, d): by all faces of pairs (c, 2), less what they have in common (Li et al. 2023, section 4)."""
+    found = np.zeros_like(p)
+    k = faces.shape[1]
+    corners, sides = faces[pairs[:, 1]], np.zeros((0, 3), dtype=np.int64)
+    _add(found, p, x, pairs[:, 0], corners, np.ones(len(pairs)), distance, stiffness)
+    v, size = len(x), np.arange(len(pairs))
+    met = np.repeat(pairs[:, 0], k), corners.ravel()
+    if k == 3:
+        ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+        rows = np.column_stack([np.repeat(pairs[:, 0], 3), ends])
+        sides, count = np.unique(rows, axis=0, return_counts=True)
+        _add(found, p, x, sides[:, 0], sides[:, 1:], 1.0 - count, distance, stiffness)
+        of = np.repeat(sides[:, 0], 2) * v + sides[:, 1:].ravel()
+        share = np.repeat(count - 1.0, 2)
+    else:
+        of, share = np.zeros(0, dtype=np.int64), np.zeros(0)
+    keys, back = np.unique(np.concatenate([met[0] * v + met[1], of]), return_inverse=True)
+    each = np.concatenate([-np.ones(len(size) * k), share])
+    _add(found, p, x, keys // v, (keys % v)[:, None], 1.0 + np.bincount(back, each), distance, stiffness)
+    return found
+
+
+def _add(
+    found: Floats, p: Floats, x: Floats, of: Ints, corners: Ints, count: NDArray[Any], distance: float, stiffness: float
+) -> None:
+    some = count != 0.0
+    of, corners, count = of[some], corners[some], count[some]
+    r = p[of] - feet(p[of], x[corners])
+    far = np.linalg.norm(r, axis=1)
+    np.add.at(found, of, (count * law(far, distance, stiffness) / np.maximum(far, LEAST))[:, None] * r)
+
+
+def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:
+    """Forces on points p (s, d) and corners x (v, d), N, of springs that pull (s, d), N, by no more than `most` (s,).
+
+    Each acts on the nearest face, where it is, and turns nothing: forces along the gap r at its corners c, sum c = 0,
+    sum c x = f but for r, have the moment that f has over r.
+    """
+    size = np.linalg.norm(pull, axis=1)
+    f = -pull * np.minimum(1.0, most / np.maximum(size, LEAST))[:, None]
+    on = np.zeros_like(x)
+    pairs = pairs[size[pairs[:, 0]] > 0.0]
+    t = x[faces[pairs[:, 1]]]
+    r = p[pairs[:, 0]] - feet(p[pairs[:, 0]], t)
+    best: dict[int, tuple[float, int]] = {}
+    for number, key in enumerate(_ranks(r, t).tolist()):
+        one = int(pairs[number, 0])
+        if one not in best or key < best[one][0]:
+            best[one] = key, number
+    for one, (_, number) in best.items():
+        corners = faces[pairs[number, 1]]
+        y, gap, k, d = x[corners], r[number], len(corners), x.shape[1]
+        A = np.zeros((d + 1, k + 1))
+        A[:d, :k], A[d, :k], A[:d, k] = y.T, 1.0, gap / np.linalg.norm(gap)
+        share = np.linalg.solve(A, np.append(p[one] - gap, 1.0))[:k]
+        c = np.linalg.solve(A, np.append(f[one], 0.0))[:k]
+        np.add.at(on, corners, np.outer(c, gap) - np.outer(share, f[one]))
+    return f, on
+
+
+def normals(t: Floats) -> Floats:
+    """Of faces t (c, d, d): (c, d)."""
+    a = t[:, 1] - t[:, 0]
+    n = np.cross(a, t[:, 2] - t[:, 0]) if t.shape[1] == 3 else a[:, ::-1] * (1.0, -1.0)
+    found: Floats = n / np.sqrt((n**2).sum(axis=1))[:, None]
+    return found
+
+
+def _ranks(r: Floats, t: Floats) -> Floats:
+    """What is least for the face that rubs: the distance (c,), and where it is the same how the face looks."""
+    far = np.sqrt((r**2).sum(axis=1))
+    looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
+    found: Floats = far * (1.0 + ALIKE * (1.0 - looks))
+    return found
