@@ -97,6 +97,10 @@ class Pressing:
             area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
+        if self.depth and self.alike is not None and not self._facet.between:
+            from softmark.solvers.contact.axial import mended
+
+            p = mended(p, area, self.corners, np.abs(self.x[:, 0]), self.alike)
         for i, ends in enumerate(self._facet.between):
             p[self.facets[:, self._facet.corners + i]] = p[self.facets[:, list(ends)]].mean(axis=1)
         return p

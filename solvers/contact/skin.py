@@ -74,7 +74,7 @@ def skin_of(
     """
     facets = _outer(mesh) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
-    split = _lines if flat else _triangles
+    split = _lines if flat else triangles
     nodes, N, faces, home = _corners(mesh, facets, parts, split)
     of, inside, A = _samples(mesh, sampled, parts, flat)
     rows = sparse.vstack([N, inside]).tocsr()
@@ -114,7 +114,7 @@ def _outer(mesh: Mesh) -> Ints:
     return np.flatnonzero(np.ptp(z, axis=1) > LEVEL * float(np.ptp(mesh.points[:, 2])))
 
 
-def _triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
+def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
     """Local points (p, 2) of a facet, and triangles (t, 3) of them, counter-clockwise."""
     facet = FACETS[nodes]
     step = np.array([(i, j) for i in range(parts + 1) for j in range(parts + 1)])
@@ -218,7 +218,7 @@ def _gauss(nodes: int, parts: int) -> tuple[Floats, Floats]:
         line, each = (middles[:, None] + t / parts).ravel(), np.tile(w / parts, parts)
         grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
         return grid, np.outer(each, each).ravel()
-    corners, faces = _triangles(nodes, parts)
+    corners, faces = triangles(nodes, parts)
     inner = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
     found: Floats = np.einsum("qa,tai->tqi", inner, corners[faces]).reshape(-1, 2)
     return found, np.full(len(found), 0.5 / len(found))
