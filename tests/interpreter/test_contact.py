@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import statistics
+
 import indented
 import pytest
 
 from softmark import loads
 from softmark.interpreter.models.shared import contacting
+from softmark.interpreter.run.options import Options, Sound
+from softmark.interpreter.run.pipeline import report_of
 
 PRESSED = """softmark 1
 scene "a sphere on the middle of a cylinder"
@@ -55,6 +59,23 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
     assert soft.solve["stiffened"] > 1.0
     assert soft.solve["checks"]["contact"]["touch"]["least_gap"] > 0.0
     assert soft.metrics["push"].value == pytest.approx(right, rel=5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 1.0), ("quad8", 1.0)])
+def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(element: str, size: float) -> None:
+    """Of three travels: true errors within it (and what the truth is known to), a tenth of it in the median at least."""
+    table, found = indented.NEO_HOOKEAN, []
+    for travel, right in zip((25, 50, 100), table, strict=True):
+        how = AT_ONCE | {"course": ", course = state", "analysis": f"analysis press = static(states = [{travel}] %)"}
+        scene = loads(pressed(element, size, "finite", how))
+        model = report_of(Sound(scene.scene, scene.warnings), Options(draw=False, stated=())).models["quads"]
+        stated = model.stated["push"].value
+        assert stated is not None
+        off = abs(model.metrics["push"].value - right)
+        assert off <= stated + indented.ERROR * right
+        found.append(stated / max(off, indented.ERROR * right))
+    assert statistics.median(found) <= 10.0
 
 
 @pytest.mark.slow
