@@ -64,7 +64,7 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 1.0), ("quad8", 1.0)])
 def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(element: str, size: float) -> None:
-    """Of three travels: true errors within it (and what the truth is known to), a tenth of it in the median at least."""
+    """Of three travels: errors within it (and what the truth is known to), a tenth of it in the median at least."""
     table, found = indented.NEO_HOOKEAN, []
     for travel, right in zip((25, 50, 100), table, strict=True):
         how = AT_ONCE | {"course": ", course = state", "analysis": f"analysis press = static(states = [{travel}] %)"}
