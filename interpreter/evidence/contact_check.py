@@ -16,10 +16,9 @@ from softmark.interpreter.evidence.held import held, motion
 from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
-from softmark.interpreter.models.shared.contacting import barrier_of, finer
+from softmark.interpreter.models.shared.contacting import barrier_of, inner_steps
 from softmark.solvers.checks import solids, touching
 from softmark.solvers.checks.solids import EPS, Floats, Ints
-from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.mesh.shape import Shape
 
+ROUND = 1e-9  # of a shape function: what is less is nothing
 STEPS = 8  # along each side of a facet: where it is looked at between its nodes
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
@@ -86,11 +86,9 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
+    if steps := inner_steps(case, touch, mesh.points, facets):
+        return _of_points(case, touch, mesh, u, facets, steps, barrier)
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
-    if not (case.planar or touch.thing.friction):
-        parts = finer(gap_of(touch.rigid.thing.shape), mesh.points[triangles])
-        if parts > 1:
-            return _of_points(case, touch, mesh, u, triangles, parts, barrier)
     area = touching.shares(mesh.points, triangles, case.depth)
     nodes = np.setdiff1d(np.flatnonzero(area > 0.0), _still(case, mesh))
     x = _flat(case, mesh.points + u)[nodes]
@@ -109,23 +107,23 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
 
 
 def _of_points(
-    case: Case, touch: Touch, mesh: Moved, u: Floats, triangles: Ints, parts: int, barrier: Barrier
+    case: Case, touch: Touch, mesh: Moved, u: Floats, facets: Ints, steps: int, barrier: Barrier
 ) -> tuple[Floats, float]:
-    """The same of points inside facets: of every triangle by itself, each point in all that have it."""
-    L, weights = touching.lattice(parts)
-    X, x = mesh.points[triangles], (mesh.points + u)[triangles]
-    area = 0.5 * np.linalg.norm(np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]), axis=1)
-    free = ~np.isin(triangles, _still(case, mesh))
-    A = area[:, None] * weights * (free @ L.T > 0.0)
-    g, n = _asked(_where(touch), np.einsum("la,tai->tli", L, x).reshape(-1, 3))
+    """The same of points inside facets: of every facet by itself, each point in all that have it."""
+    kind = facets.shape[1]
+    xi = FACETS[kind].lattice(steps)
+    N, split = solids.shape(kind, xi), touching.lattice(FACETS[kind].square, steps)
+    X, x = (np.einsum("la,fai->fli", N, at[facets]).reshape(-1, 3) for at in (mesh.points, mesh.points + u))
+    each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
+    free = (np.abs(N) > ROUND) @ ~np.isin(facets, _still(case, mesh)).T
+    A = touching.shares(X, each, case.depth) * free.T.ravel()
+    g, n = _asked(_where(touch), _flat(case, x))
     p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
-    push = (A.ravel() * p)[:, None] * n
+    push = _flat(case, (A * p)[:, None] * n).reshape(len(facets), -1, 3)
     found = np.zeros_like(u)
-    for corner in range(3):
-        shared = (push.reshape(*A.shape, 3) * L[:, corner, None]).sum(axis=1)
-        np.add.at(found, triangles[:, corner], shared)
+    np.add.at(found, facets, np.einsum("la,fli->fai", N, push))
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
-    return found, 4.0 * EPS * size * float((A.ravel() * slope).sum())
+    return found, 4.0 * EPS * size * float((A * slope).sum())
 
 
 def _still(case: Case, mesh: Moved) -> Ints:

@@ -1,4 +1,8 @@
-"""The error that comes of the gap that a barrier leaves between bodies that touch.
+"""Errors of bodies that touch: of the gap that a barrier leaves, and of a mesh that does not follow their border.
+
+Where contact ends the pressure goes as a root, on any mesh inside of some cell: forces converge with the square of the
+size and no faster (Drouet and Hild 2015, SIAM J. Numer. Anal. 53:1488), areas with the size, and how the border lies in
+its cell makes differences of meshes jump, so that three of them show no order.
 
 A rigid body seems larger by it. Nothing near a contact moves by more than that; forces go with a power of the travel of
 at most two (a cone), so that they are off by twice the gap over the travel, pressures and areas by less.
@@ -13,7 +17,22 @@ if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import ProbeAnswer
 
+ORDER, OF_AREAS = 2.0, 1.0  # of forces, and pressures inside; and of areas
 POWER = 2.0  # of the travel, that forces of contact go with at most
+
+
+def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther: float | None) -> float:
+    """The error of what forces tell, from its distance to a mesh that is `ratio` times coarser.
+
+    By the order in theory, with the factor of two grids; where these are near by chance, by the next coarser one. The
+    ratio is told of cells in space; of a slice their number goes with the square.
+    """
+    from softmark.interpreter.evidence.orders import FIRST
+    from softmark.interpreter.metrics.contact import ContactArea
+
+    order = OF_AREAS if isinstance(seen.metric, ContactArea) else ORDER
+    fall: float = ratio ** (1.5 * order if whole.case.planar else order)
+    return FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
 
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:

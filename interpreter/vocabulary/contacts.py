@@ -16,12 +16,12 @@ class Between:
     """Keeps the surface of a body clear of a rigid one: what presses on it is found, and nothing passes through.
 
     The rigid body stays where it is declared, or goes where a support takes it: `support hand = displaced(ball, by =
-    (0, 0, -1) mm)`. No node of the surface comes behind that of the rigid body, nor, in space and without friction,
-    points inside facets that are longer than the rigid body is sharp. Between them a coarse mesh may cut into a convex
-    rigid body by as much as its facets are flat: the table of contacts in the report says by how much. A thin barrier
-    does it: it has no pressure beyond the `distance`, which is chosen at a hundred-thousandth of the size of the body,
-    and more than the body can bear at touch, so that a gap of less than that distance is left, which is part of the
-    stated error.
+    (0, 0, -1) mm)`. No node of the surface comes behind that of the rigid body, nor, without friction, the middle of
+    facets of eight nodes, and in space points inside facets that are longer than the rigid body is sharp. Between them
+    a coarse mesh may cut into a convex rigid body by as much as its facets are flat: the table of contacts in the
+    report says by how much. A thin barrier does it: it has no pressure beyond the `distance`, which is chosen at a
+    hundred-thousandth of the size of the body, and more than the body can bear at touch, so that a gap of less than
+    that distance is left, which is part of the stated error.
     `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
     plane, where the rigid body is cut by z = 0.
 

@@ -250,12 +250,15 @@ def shares(points: Floats, triangles: Ints, depth: float) -> Floats:
     return found
 
 
-def lattice(parts: int) -> tuple[Floats, Floats]:
-    """Points that split edges of a triangle into so many parts (l, 3), by corners, and their shares of its area (l,).
-
-    Each of the parts^2 small triangles gives a third of its area to each of its corners; how many meet at a point is
-    counted: six within, three on an edge, one at a corner.
-    """
-    places = [(i, j, parts - i - j) for i in range(parts + 1) for j in range(parts + 1 - i)]
-    meet = [{0: 6, 1: 3, 2: 1}[sum(c == 0 for c in place)] for place in places]
-    return np.array(places) / parts, np.array(meet) / (3.0 * parts**2)
+def lattice(square: bool, steps: int) -> Ints:
+    """Triangles (t, 3) between the points of a facet that go in so many steps along its sides, the second faster."""
+    rows = [[(i, j) for j in range(steps + 1 if square else steps + 1 - i)] for i in range(steps + 1)]
+    number = {place: k for k, place in enumerate(place for row in rows for place in row)}
+    found = []
+    for i, j in number:
+        right, up, both = ((i + a, j + b) for a, b in ((1, 0), (0, 1), (1, 1)))
+        if square and both in number:
+            found += [[(i, j), right, both], [(i, j), both, up]]
+        elif not square and right in number:
+            found += [[(i, j), right, up]] + ([[right, both, up]] if both in number else [])
+    return np.array([[number[place] for place in three] for three in found])

@@ -36,7 +36,8 @@ class Pressing:
     Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses
     on them is told of all together.
 
-    `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends.
+    `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends. Which touch is told by forces,
+    or `on` (n,), where what presses between nodes is part of these.
     """
 
     facets: Ints
@@ -46,6 +47,7 @@ class Pressing:
     modulus: float
     depth: float = 0.0
     alike: Ints | None = None
+    on: Bools | None = None
 
     @cached_property
     def corners(self) -> Ints:
@@ -97,6 +99,10 @@ class Pressing:
             area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
+        if self.depth and self.alike is not None and not self._facet.between:
+            from softmark.solvers.contact.axial import mended
+
+            p = mended(p, area, self.corners, np.abs(self.x[:, 0]), self.alike)
         for i, ends in enumerate(self._facet.between):
             p[self.facets[:, self._facet.corners + i]] = p[self.facets[:, list(ends)]].mean(axis=1)
         return p
@@ -110,7 +116,7 @@ class Pressing:
     def touching(self) -> Bools:
         """Which nodes (n,) touch: those that something presses on, and corners all of whose sides it presses on."""
         each = np.bincount(self.facets.ravel(), minlength=len(self.f)) > 0
-        found: Bools = each & (self.f > PRESSED * self.f.max(initial=0.0))
+        found: Bools = each & (self.f > PRESSED * self.f.max(initial=0.0) if self.on is None else self.on)
         free = np.zeros(len(found), dtype=np.bool_)
         for i, ends in enumerate(self._facet.between):
             apart = self.facets[~found[self.facets[:, self._facet.corners + i]]]

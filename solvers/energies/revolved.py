@@ -94,7 +94,8 @@ class Revolved(Elastic):
         """Stiffness, N/m, of tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of some cells."""
         B, w = self._strains(some), self.w[some]
         each = A.reshape(*w.shape, 9, 9) * (scale * w)[:, :, None, None]
-        add_blocks((B.swapaxes(2, 3) @ (each @ B)).sum(axis=1), slots, data)
+        flat = len(w), -1, B.shape[3]  # points one below the other: their sum is one product
+        add_blocks(B.reshape(flat).swapaxes(1, 2) @ (each @ B).reshape(flat), slots, data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
         """dg/du (c, q, 3a), 1/m, of what has dg/dF = G (c, q, 3, 3) at the points of some cells."""

@@ -112,14 +112,17 @@ def pressed(kind, parts, down=0.05):
     return stress, e, found, assembly.gradient(found.x, 1.0), lid, floor
 
 
-@pytest.mark.parametrize("kind", ["tet4", "hex8"])
-def test_patch(kind):
-    """A uniform pressure is one through meshes that do not match, within 1 % at the usual parts of a facet.
+SLOWER = [pytest.param(kind, 4, marks=pytest.mark.slow) for kind in ("tet10", "hex20")]
+
+
+@pytest.mark.parametrize(("kind", "parts"), [("tet4", 3), ("hex8", 3), *SLOWER])
+def test_patch(kind, parts):
+    """A uniform pressure is one through meshes that do not match, within 0.5 % anywhere at the usual parts of a facet.
 
     Taylor and Papadopoulos (1991). The rest is what quadrature over the facets of the other mesh leaves.
     """
-    stress, e, found, g, lid, floor = pressed(kind, 3)
-    assert stress.std() < 0.01 * -stress.mean()
+    stress, e, found, g, lid, floor = pressed(kind, parts)
+    assert abs(stress / stress.mean() - 1.0).max() < 0.005
     assert g[lid].sum() == pytest.approx(-g[floor].sum(), rel=1e-9)
     skin = e.skin
     assert len(crossings(skin.places(found.x)[: skin.corners], skin.faces)) == 0

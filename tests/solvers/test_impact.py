@@ -169,7 +169,7 @@ def test_forces_of_points_inside_facets_are_the_derivatives_of_their_energy() ->
     rest = np.zeros(12)
     assert fine.A.sum() == pytest.approx(1.0)
     assert fine.gaps(rest).min() < 0.05 < 0.2 < coarse.gaps(rest).min()  # nodes see nothing of it
-    assert np.bincount(fine.corners.ravel(), (fine.A[:, None] * fine.shares).ravel()) == pytest.approx(areas)
+    assert np.bincount(fine.of.ravel(), (fine.A[:, None] * fine.shares).ravel()) == pytest.approx(areas)
     assembly = Assembly(12, np.zeros(0, dtype=np.int64), [fine], [])
     x, e = 0.01 * np.random.default_rng(1).standard_normal(12), 1e-6
     g, K = assembly.gradient(x, 1.0), assembly.tangent(x, 1.0).toarray()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from softmark.solvers.contact.axial import mended
 from softmark.solvers.contact.pressing import Pressing
 from softmark.solvers.elements import moments
 from softmark.solvers.elements.facets import FACETS
@@ -59,3 +60,24 @@ def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most
     own = Pressing(facets, points, np.where(r < 1.0, f, 0.0), g, 0.5 * np.pi)
     assert own.area == pytest.approx(np.pi, rel=0.03)
     assert own.largest == pytest.approx(1.0, rel=most)
+
+
+@pytest.mark.parametrize("defect", [0.2, -0.08])
+def test_what_an_axis_has_too_much_goes_back_to_its_ring(defect: float) -> None:
+    """Of p = 1 - r^2 / 50 on rings of 1 m: the axis to 1 % of p(0), and no force is lost.
+
+    Mean pressures around rings are those of linear shape functions, by their moments: r^2 is 3/10 at the axis, 3/2 and
+    9/2 (of the hat from 0 to 2 m, and from 1 to 3 m) around the first two rings; areas are as 1/6, 1 and 2.
+    """
+    r, area = np.arange(4.0), np.array([1 / 6, 1.0, 2.0, 3.0])
+    right = 1.0 - np.array([0.3, 1.5, 4.5, 9.5]) / 50
+    p = right.copy()
+    p[0], p[1] = right[0] + defect, right[1] - defect / 6
+    facets = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]])
+    both = np.tile(np.arange(4), 2)
+    found = mended(np.tile(p, 2), np.tile(area, 2), facets, np.tile(r, 2), both)
+    assert found[:4] == pytest.approx(found[4:])
+    assert found[0] == pytest.approx(1.0, abs=0.01)
+    assert area @ found[:4] == pytest.approx(area @ right)
+    uniform = np.tile(np.array([1.0 + defect, 1.0 - defect / 6, 1.0, 1.0]), 2)
+    assert mended(uniform, np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(1.0)

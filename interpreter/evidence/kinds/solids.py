@@ -162,7 +162,7 @@ class Solids(Sized):
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         order = SEEPING if answer.case.porous else float(thing.order)
-        return from_coarser(self.coarser(answer), seen, order)
+        return from_coarser(self.coarser(answer), seen, order, answer)
 
     # ------------------------------------------------------------------ the measure of strain
 

@@ -56,7 +56,7 @@ class Voucher:
 
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
         """How far what is seen is from the limit of refinement. Raises Unknown."""
-        return from_coarser(self.coarser(answer), seen, self.order)
+        return from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
         """The same, coarser once or twice, with how many times coarser each is than the last. Raises Unknown."""
@@ -71,7 +71,7 @@ class Voucher:
         return max(1, int(answer.result.size.get("elements", 1)))
 
 
-def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order: float) -> float:
+def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order: float, answer: Answer) -> float:
     """The error of what is seen, from one or two coarser solutions and the order in theory. Raises Unknown."""
     (first, ratio), *second = coarser
     near = seen.of(first)
@@ -80,6 +80,12 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         farther = near.apart(near.of(second[0][0]))
+    if seen.in_forces and answer.case.contacts:
+        from softmark.interpreter.evidence import contact_error
+
+        found = contact_error.index(answer, seen, apart, ratio, farther)
+        orders.must_tell([found], seen.beside(apart), HOPELESS)
+        return found
     if seen.in_forces and farther is not None and farther > apart * ratio ** (order + orders.NEAR):
         apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = orders.index(apart, ratio, order, farther)

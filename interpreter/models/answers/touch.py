@@ -73,7 +73,9 @@ def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> 
     there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
     g[contact.nodes] = contact.body.gap(there * (1.0, 1.0, 0.0) if contact.flat else there)
     f, alike = contact.presses(u, len(X)), _alike(X) if case.planar else None
-    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike)
+    few = len(contact.A) <= len(contact.nodes) + len(contact.facets)  # else it may touch between nodes alone
+    touching = g < contact.barrier.distance if few else None
+    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike, touching)
     on, whole = push > 0.0, float(push.sum())
     left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0
     return Touch(own.area, own.largest, float(gaps.min()), left, Surface(X, contact.nodes, own))

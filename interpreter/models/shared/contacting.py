@@ -14,6 +14,7 @@ from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.touching import Touching, node_areas
+from softmark.solvers.elements.facets import FACETS
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
@@ -77,11 +78,10 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
     barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
     made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
-    triangles = facets[:, np.array(split)].reshape(-1, 3)
-    if (parts := finer(gap, mesh.points[triangles])) > 1 and not (touch.thing.friction or case.planar):
+    if steps := inner_steps(case, touch, mesh.points, facets):
         from softmark.solvers.contact.inner import inner
 
-        made = inner(made, mesh.points, triangles, parts, case.depth, still)
+        made = inner(made, mesh.points, facets, steps, case.depth, still)
     if touch.thing.friction:
         from softmark.solvers.contact.rubbing import rubbing
 
@@ -90,7 +90,22 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     return made
 
 
-def finer(gap: Gap | None, corners: Floats) -> int:
+def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
+    """Of the lattice on facets (f, a) that keeps clear of a rigid body; 0 where their nodes are enough.
+
+    With friction there are nodes alone; of what is plane there is no sharper lattice than facets need.
+    """
+    if touch.thing.friction:
+        return 0
+    facet = FACETS[facets.shape[1]]
+    steps = 1 + (facet.nodes > facet.corners)
+    if not case.planar:
+        corners = points[facets[:, np.array(facet.triangles)].reshape(-1, 3)]
+        steps *= _finer(gap_of(touch.rigid.thing.shape), corners)
+    return steps if len(facet.lattice(steps)) > facet.nodes else 0
+
+
+def _finer(gap: Gap | None, corners: Floats) -> int:
     """Into how many parts edges of triangles with those corners (t, 3, 3), m, are split to meet what is sharper."""
     from softmark.solvers.contact.inner import MOST
 
