@@ -29,8 +29,11 @@ class Between:
     return mapping (Simo and Laursen 1992). What sticks gives way by less than the barrier's distance, friction times
     pressure over its stiffness per distance. What slides depends on the way there: each of the `states` of a static
     analysis is one step from the state before, along a straight line, so that more states are a finer path; without
-    states all of the load is one step. A body that nothing else holds may be held by friction. `slip(NAME)` and
-    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
+    states all of the load is one step. `slip(NAME)` and `stick_area(NAME)` say what slides, `dissipation(BODY)` what
+    has become heat.
+
+    At rest a body that supports leave free may be held by what it touches, with friction or without: the report says
+    which contacts hold it, and what still is free.
     """
 
     rigid: Annotated[str, "body", "the rigid body"]

@@ -93,7 +93,7 @@ def squeezed(seed: int) -> str:
 
 
 def unlike(found: Any) -> str:
-    """What is wrong with an answer of such a scene, if anything: nodes behind a surface, forces that nothing carries."""
+    """What is wrong with an answer of such a scene, if anything: nodes behind a surface, forces that are nowhere."""
     if found.status != "converged":
         return ""
     for name, seen in found.solve["checks"]["contact"].items():

@@ -7,11 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
+    from softmark.interpreter.models.shared.grounding import Loose
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.mesh.interpolation import Integration
     from softmark.solvers.mesh.mesh import Mesh
 
 Solid = TypeVar("Solid")
@@ -69,14 +72,28 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     return contacts_on(case, mesh)
 
 
+def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int) -> Loose | None:
+    """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
+    if not case.contacts or isinstance(case.analysis, Dynamic):
+        return None
+    from softmark.interpreter.models.shared import grounding
+
+    return grounding.loose(case, mesh, parts, measured, dofs)
+
+
 def as_stiff(
     contacts: Mapping[str, Touching], assembly: Assembly, factor: float
 ) -> tuple[Mapping[str, Touching], Assembly]:
     """Contacts, and the assembly, with barriers so many times as stiff."""
     if factor == 1.0 or not contacts:
         return contacts, assembly
-    stiffer = {name: contact.stiffer(factor) for name, contact in contacts.items()}
-    return stiffer, _acting(assembly, stiffer)
+    stiff = stiffer(contacts, factor)
+    return stiff, _acting(assembly, stiff)
+
+
+def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touching]:
+    """Contacts with barriers so many times as stiff."""
+    return {name: contact.stiffer(factor) for name, contact in contacts.items()}
 
 
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
@@ -99,10 +116,10 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(contacts: Mapping[str, Touching], u: Floats, stiffer: float, before: Past) -> dict[str, Any]:
+def met(contacts: Mapping[str, Touching], u: Floats, factor: float, before: Past) -> dict[str, Any]:
     """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers."""
-    stiff = {name: contact.stiffer(stiffer) for name, contact in contacts.items()}
-    return {"beside": beside(stiff), "stiffer": stiffer, "rubbed": past(stiff, u.ravel(), before)}
+    stiff = stiffer(contacts, factor)
+    return {"beside": beside(stiff), "stiffer": factor, "rubbed": past(stiff, u.ravel(), before)}
 
 
 def past(contacts: Mapping[str, Touching], u: Floats, before: Past) -> Past:
