@@ -157,6 +157,8 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
         X = mesh.points[facets]
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
+    if case.depth:  # on the axis a body of revolution goes on
+        facets = facets[mesh.points[facets, 0].sum(axis=1) > EPS * np.abs(mesh.points).sum()]
     named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
     free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
     return free

@@ -86,7 +86,7 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     if problem.bold:
         bold = _softly if problem.beside and not problem.rubs else _free
         ways += [] if turns or (crept and bold is _free) else [bold]
-        ways += [] if problem.beside else [_stepped]  # where whole steps follow soft barriers
+        ways += [] if problem.rubs or (problem.beside and not crept) else [_stepped]
     for way in ways:
         try:
             return way(problem, history, systems)

@@ -12,7 +12,7 @@ from squeezing import squeezed, unlike
 from softmark import SceneError, loads
 
 QUICK = 8  # of a second; tests/benchmarks/squeezed.py takes any
-SEEDS = (QUICK, 1, 4, 6, 10, 13, 15, 18, 20, 24)  # of each kind of body, with friction and without
+SEEDS = (QUICK, 1, 4, 6, 10, 13, 15, 18, 20, 21, 24, 82)  # of each kind of body, with friction and without
 
 
 @pytest.mark.parametrize("seed", [pytest.param(s, marks=[] if s == QUICK else [pytest.mark.slow]) for s in SEEDS])
