@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.models.shared.contacting import barrier_of, finer
-from softmark.solvers.checks import solids, touching
+from softmark.solvers.checks import cuts, solids, touching
 from softmark.solvers.checks.solids import EPS, Floats, Ints
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.elements.facets import FACETS
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.mesh.shape import Shape
 
-STEPS = 8  # along each side of a facet: where it is looked at between its nodes
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -76,11 +76,15 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     corners = x[facets]
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     near = facets[gaps[facets].min(axis=1) < size]  # what lies farther cannot touch between its nodes
-    kind = facets.shape[1]
-    N = solids.shape(kind, FACETS[kind].lattice(STEPS))
-    between = _flat(case, np.einsum("qa,fai->fqi", N, x[near]).reshape(-1, 3))
-    deepest = float(_asked(look, between)[0].min(initial=np.inf)) if len(near) else np.inf
-    return {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deepest), "facets": len(near)}
+    kind = FACETS[facets.shape[1]]
+    triangles = np.array(kind.rim)[np.array(kind.halves)]
+    convex = bool(touch.rigid.thing.shape.convex)
+    try:
+        deep, place = cuts.deepest(look, x[near], partial(solids.shape, facets.shape[1]), triangles, convex)
+    except ValueError as many:
+        raise Unchecked(str(many)) from many
+    found = {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deep), "facets": len(near)}
+    return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
