@@ -57,6 +57,17 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
     assert soft.metrics["push"].value == pytest.approx(right, rel=5e-3)
 
 
+@pytest.mark.parametrize("far", [8.0, 14.0, 60.0])
+def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> None:
+    """Behind half of it nodes are pushed out at the wrong side; past all of the body nothing touches any more."""
+    text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE).replace(
+        "(0, -1, 0)", f"(0, {-2 * far}, 0)"
+    )
+    found = loads(text).run().models["quads"]
+    assert found.status == "not_converged"
+    assert "goes through the surface in one step" in str(found.message)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "strain", "table", "within"), [
     ("quad8", "small", indented.SMALL, (0.15, 0.04, 0.035)),
