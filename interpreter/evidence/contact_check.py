@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.mesh.shape import Shape
 
+MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -64,7 +65,26 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
             continue
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+        idle = own["least_gap"] > barrier_of(case, touch, mesh.mesh).distance
+        if idle and (deep := _missed(case, touch, mesh, u)) > MISSED * mesh.mesh.extent:
+            reason = (
+                f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
+            )
+            reason += ": choose another `where`"
     return {"contact": found}, reason
+
+
+def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
+    """How deep nodes that no contact with a rigid body asks for are behind it, m; those that are held are left out."""
+    if touch.thing.where is EVERYWHERE:
+        return 0.0
+    others = [other for other in case.contacts if other.rigid.name == touch.rigid.name]
+    asked = np.unique(np.concatenate([_facets(case, other, mesh).ravel() for other in others]))
+    whole = replace(touch, declared=replace(touch.declared, thing=replace(touch.thing, where=EVERYWHERE)))
+    still = np.flatnonzero(np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1))
+    nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
+    x = _flat(case, mesh.points + u)[nodes]
+    return max(0.0, -float(_asked(_where(touch), x)[0].min(initial=0.0)))
 
 
 def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:

@@ -13,7 +13,8 @@ from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.energy import Floats
 
 STEPS = 32  # from one state to the next
-DEEP = 0.25, 0.5  # of the way of a rigid body, and of how deep its middle is: what straight ways may be wrong by
+APART = 0.25  # of the way of a rigid body, and of how deep its middle is, where nothing is pressed in the end
+DEEP, WIDE = 0.75, 0.4  # of that depth, and of the way, where something is: what slides around an edge goes on a curve
 
 
 def passed(contact: Touching, before: Floats, x: Floats) -> float:
@@ -35,6 +36,6 @@ def passed(contact: Touching, before: Floats, x: Floats) -> float:
                            for a, b in ((start.shift, end.shift), (start.rotation, end.rotation)))  # fmt: skip
         pose = Pose(tuple(shift.tolist()), tuple(rotation.tolist()), end.about)
         deepest = min(deepest, float(Posed(own, pose).gap((1.0 - share) * first + share * last).min()))
-    inner = np.inf if own.centroid is None else -float(own.gap(np.array([own.centroid]))[0])
-    allowed = min(DEEP[0] * travel, DEEP[1] * max(inner, 0.0)) if pressed else now.barrier.distance
+    inner = np.inf if own.centroid is None else max(0.0, -float(own.gap(np.array([own.centroid]))[0]))
+    allowed = max(DEEP * inner, WIDE * travel) if pressed else APART * min(inner, travel)
     return -deepest if -deepest > allowed else 0.0
