@@ -12,8 +12,8 @@ load comes in steps that shrink and grow. Where it ends on an unstable equilibri
 buckling load does, it steps aside and goes on to a stable one.
 
 Where something may touch, whole steps go in and out of contact by turns: the free way is one on which energy falls, and
-is left out where pressures are unknowns as well. Beside rigid bodies all ways but that from a given state begin with
-soft barriers (`hardened.py`). Friction has a way of its own (`friction.py`).
+is left out where pressures are unknowns as well. Where that fails beside rigid bodies, it begins with soft
+barriers (`hardened.py`), and so does the careful way. Friction has a way of its own (`friction.py`).
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
@@ -84,8 +84,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     turns = problem.longest < 1.0  # they would find another, by whole turns off
     crept = problem.touches and problem.assembly.saddle  # no energy falls on the way in and out of contact
     if problem.bold:
-        bold = _softly if problem.beside and not problem.rubs else _free
-        ways += [] if turns or (crept and bold is _free) else [bold]
+        ways += [] if turns or crept else [_free]
+        ways += [_softly] if problem.beside and not (problem.rubs or turns) else []
         ways += [] if problem.rubs or (problem.beside and not crept) else [_stepped]
     for way in ways:
         try:
