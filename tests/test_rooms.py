@@ -26,7 +26,7 @@ ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.s
 KNOWN_BY_TYPE = [
     {f"softmark.interpreter.language.{m}" for m in ("calls", "compile", "expectations", "forms", "sweeps")},
     {f"softmark.interpreter.models.fem.{m}" for m in ("formulations", "levers", "words")},
-    {f"softmark.solvers.statics.{m}" for m in ("friction", "newton")},
+    {f"softmark.solvers.statics.{m}" for m in ("friction", "hardened", "newton")},
     {
         f"softmark.solvers.dynamics.{m}"
         for m in [

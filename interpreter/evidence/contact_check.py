@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.models.shared.contacting import barrier_of, inner_steps
-from softmark.solvers.checks import solids, touching
+from softmark.solvers.checks import cuts, solids, touching
 from softmark.solvers.checks.solids import EPS, Floats, Ints
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 ROUND = 1e-9  # of a shape function: what is less is nothing
-STEPS = 8  # along each side of a facet: where it is looked at between its nodes
+MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -64,7 +65,26 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
             continue
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+        idle = own["least_gap"] > barrier_of(case, touch, mesh.mesh).distance
+        if idle and (deep := _missed(case, touch, mesh, u)) > MISSED * mesh.mesh.extent:
+            reason = (
+                f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
+            )
+            reason += ": choose another `where`"
     return {"contact": found}, reason
+
+
+def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
+    """How deep nodes that no contact with a rigid body asks for are behind it, m; those that are held are left out."""
+    if touch.thing.where is EVERYWHERE:
+        return 0.0
+    others = [other for other in case.contacts if other.rigid.name == touch.rigid.name]
+    asked = np.unique(np.concatenate([_facets(case, other, mesh).ravel() for other in others]))
+    whole = replace(touch, declared=replace(touch.declared, thing=replace(touch.thing, where=EVERYWHERE)))
+    still = np.flatnonzero(np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1))
+    nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
+    x = _flat(case, mesh.points + u)[nodes]
+    return max(0.0, -float(_asked(_where(touch), x)[0].min(initial=0.0)))
 
 
 def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
@@ -76,11 +96,15 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     corners = x[facets]
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     near = facets[gaps[facets].min(axis=1) < size]  # what lies farther cannot touch between its nodes
-    kind = facets.shape[1]
-    N = solids.shape(kind, FACETS[kind].lattice(STEPS))
-    between = _flat(case, np.einsum("qa,fai->fqi", N, x[near]).reshape(-1, 3))
-    deepest = float(_asked(look, between)[0].min(initial=np.inf)) if len(near) else np.inf
-    return {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deepest), "facets": len(near)}
+    kind = FACETS[facets.shape[1]]
+    triangles = np.array(kind.rim)[np.array(kind.halves)]
+    convex = bool(touch.rigid.thing.shape.convex)
+    try:
+        deep, place = cuts.deepest(look, x[near], partial(solids.shape, facets.shape[1]), triangles, convex)
+    except ValueError as many:
+        raise Unchecked(str(many)) from many
+    found = {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deep), "facets": len(near)}
+    return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
@@ -155,6 +179,8 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
         X = mesh.points[facets]
         way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
         facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
+    if case.depth:  # on the axis a body of revolution goes on
+        facets = facets[mesh.points[facets, 0].sum(axis=1) > EPS * np.abs(mesh.points).sum()]
     named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
     free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
     return free

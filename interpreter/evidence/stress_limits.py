@@ -26,6 +26,7 @@ from softmark.interpreter.metrics.work import LoadWork
 from softmark.interpreter.models.shared.gripping import grip
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
+from softmark.solvers.mesh.border import bordering
 from softmark.solvers.mesh.neighbours import neighbours
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
 ALONG = 0.99  # squared cosine: a facet's normal is among the directions in which it is held
 FLAT = 0.17  # cosine of 80 degrees: faces that enclose 100 degrees and more, of which a right angle is none
-FACE = 1e-6  # of the thickness of a slice: a facet whose nodes differ less in z is of its faces
 TRIFLE = 1e-3  # relative: what refinement adds without a word to a displacement that has no limit
 UNSETTLED = 0.25  # relative: what refinement may change by more than that may have no limit
 
@@ -75,8 +75,7 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
     held, facets = _held(case, mesh), mesh.facets
     if case.planar:  # the border of its region: its faces are no surface
-        z = mesh.points[facets, 2]
-        facets = facets[np.ptp(z, axis=1) > FACE * np.ptp(z)]
+        facets = facets[bordering(mesh.points, facets)]
     of_facets = np.all(held[facets], axis=1)  # (f, 3)
     free = ~np.any(of_facets, axis=1)
     rim = _rim(facets, np.all(of_facets, axis=1), free)

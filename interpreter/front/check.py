@@ -201,7 +201,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
-    loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.rubbed)}
+    loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.contacts)}
     for case in loose.values():
         body = case.body.name
         remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"

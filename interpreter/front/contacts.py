@@ -39,9 +39,28 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     for declared in scene.of_kind("contact").values():
         if isinstance(declared.thing, Between):
             yield from _between(scene, declared)
+    between = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between)]
+    yield from _twice(between)
+    named = {c.thing.rigid for c in between}
+    sure = bool(named) and all(rigid(scene.declared[name]) for name in named)  # else it may be the other that is meant
     for body in scene.of_kind("rigid").values():
+        if sure and body.name not in named and scene.acting("support", body.name):
+            yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
+                             "without a contact", "say what it touches: `contact touch = between("
+                             f"{body.name}, BODY)`, or leave it out")  # fmt: skip
         yield from _about(scene, body)
         yield from _together(scene, body)
+
+
+def _twice(contacts: list[Declared]) -> Iterator[Diagnostic]:
+    """Contacts of the same bodies at the same places: each would bear a part, with a friction of its own."""
+    for i, later in enumerate(contacts):
+        for first in contacts[:i]:
+            one, other = first.thing, later.thing
+            if (one.rigid, one.body) == (other.rigid, other.body) and one.where == other.where:
+                yield diagnostic("E616", later.at(), f"`{later.name}` is between `{one.rigid}` and `{one.body}`, as "
+                                 f"`{first.name}` is", "the same contact again", "leave one of them out, or give each "
+                                 "a part of the surface: `where = x <= 0 mm`")  # fmt: skip
 
 
 def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:

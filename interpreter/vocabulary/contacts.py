@@ -29,14 +29,17 @@ class Between:
     return mapping (Simo and Laursen 1992). What sticks gives way by less than the barrier's distance, friction times
     pressure over its stiffness per distance. What slides depends on the way there: each of the `states` of a static
     analysis is one step from the state before, along a straight line, so that more states are a finer path; without
-    states all of the load is one step. A body that nothing else holds may be held by friction. `slip(NAME)` and
-    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
+    states all of the load is one step. `slip(NAME)` and `stick_area(NAME)` say what slides, `dissipation(BODY)` what
+    has become heat.
 
     In motion every step in time is one of these steps. Pressures and friction are those of its end, whatever integrator
     makes it; heat never falls, and is told beside the other energies, `solve.energies.friction` of the report, as the
     farthest slip and the share of the forces that sticks are in `solve.friction`. With an integrator that damps nothing
     nodes that stick may have velocities of less than friction times g h / 2, h the step, which change sign with every
     step and lead nowhere.
+
+    At rest a body that supports leave free may be held by what it touches, with friction or without: the report says
+    which contacts hold it, and what still is free.
     """
 
     rigid: Annotated[str, "body", "the rigid body"]

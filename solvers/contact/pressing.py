@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 PRESSED = 1e-6  # of the largest force per area: what is less is no contact
 POINTS = 4  # squared: of Gauss, for linear shape functions on facets that are not flat
+LEAST = 1e-200  # Pa^2: a pressure that is none
 NEWTON = 12  # iterations for the border on a side, which is a cubic with one root
 
 
@@ -169,7 +170,7 @@ class Pressing:
         With c = k^(-2/3): p^2 c^3 + (3 E' g / 4)^(2/3) c = h, and the first part is the share.
         """
         h = np.linalg.norm(self.x[touching] - self.x[free], axis=1)
-        a = np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2
+        a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
         b = (0.75 * self.modulus * np.maximum(self.g[free], 0.0)) ** (2.0 / 3.0)
         c = np.minimum(np.cbrt(h / a), h / np.maximum(b, 1e-300))
         for _ in range(NEWTON):

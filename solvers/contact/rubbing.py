@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.contact.gaps.gap import Gap, Look
 from softmark.solvers.contact.pose import Pose
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.shape import Vector3
 
 Bools = NDArray[np.bool_]
 TINY = 1e-300  # m: a slip of which the direction is not asked
@@ -73,45 +71,6 @@ class Slip:
 
 
 @dataclass(frozen=True)
-class Sunk:
-    """Where a rigid body is whose gaps are all larger by a `depth`, m."""
-
-    posed: Callable[[float], Gap]
-    depth: float
-
-    def __call__(self, share: float) -> Gap:
-        """At a share of the load."""
-        return Less(self.posed(share), self.depth)
-
-
-@dataclass(frozen=True)
-class Less:
-    """A gap that is larger by a `depth`, m, than its own."""
-
-    own: Gap
-    depth: float
-
-    @property
-    def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m."""
-        return self.own.sharpest
-
-    @property
-    def centroid(self) -> Vector3 | None:
-        """The middle of its volume, m."""
-        return self.own.centroid
-
-    def gap(self, X: Floats) -> Floats:
-        """At points X (n, 3), m."""
-        return self.own.gap(X) + self.depth
-
-    def look(self, X: Floats) -> Look:
-        """With what is the same."""
-        g, n, H = self.own.look(X)
-        return g + self.depth, n, H
-
-
-@dataclass(frozen=True)
 class Rubbing(Touching):
     """Touching with friction: a traction -k s on nodes, s their way along the surface from anchors, or -mu p s/|s|.
 
@@ -146,14 +105,10 @@ class Rubbing(Touching):
         return self.pose.moved(self.X if self.anchors is None else self.anchors)
 
     def softened(self, soft: float) -> Rubbing:
-        """The same `soft` times as stiff, across the surface and along it, from the same gap on.
-
-        Nodes that press are behind the surface then, and whole steps lead there from anywhere near.
-        """
-        d = self.barrier.distance
-        barrier, posed = replace(self.barrier, distance=d / soft), Sunk(self.posed, d / soft - d)
-        made = replace(self, dual=Dual())
-        return made if soft == 1.0 else replace(made, spring=soft * self.spring, barrier=barrier, posed=posed)
+        """The same `soft` times as stiff along the surface as well, with a tangent that begins anew."""
+        softer: Any = super().softened(soft)
+        found: Rubbing = replace(softer, spring=soft * self.spring, dual=Dual())
+        return found
 
     def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
         """The same with an energy, of the pressures and normals of a state, of which `before` was the law.

@@ -16,6 +16,46 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.contact.gaps.gap import Gap, Look
+    from softmark.solvers.mesh.shape import Vector3
+
+
+@dataclass(frozen=True)
+class Sunk:
+    """Where a rigid body is whose gaps are all larger by a `depth`, m."""
+
+    posed: Callable[[float], Gap]
+    depth: float
+
+    def __call__(self, share: float) -> Gap:
+        """At a share of the load."""
+        return Less(self.posed(share), self.depth)
+
+
+@dataclass(frozen=True)
+class Less:
+    """A gap that is larger by a `depth`, m, than its own."""
+
+    own: Gap
+    depth: float
+
+    @property
+    def sharpest(self) -> float:
+        """Least radius of curvature of its convex edges, m."""
+        return self.own.sharpest
+
+    @property
+    def centroid(self) -> Vector3 | None:
+        """The middle of its volume, m."""
+        return self.own.centroid
+
+    def gap(self, X: Floats) -> Floats:
+        """At points X (n, 3), m."""
+        return self.own.gap(X) + self.depth
+
+    def look(self, X: Floats) -> Look:
+        """With what is the same."""
+        g, n, H = self.own.look(X)
+        return g + self.depth, n, H
 
 
 @dataclass(frozen=True)
@@ -77,6 +117,17 @@ class Touching(Energy):
     def stiffer(self, factor: float) -> Touching:
         """The same with a barrier so many times as stiff."""
         return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
+
+    def softened(self, soft: float) -> Touching:
+        """The same `soft` times as stiff, from the same gap on.
+
+        Nodes that press are behind the surface then, and whole steps lead there from anywhere near.
+        """
+        if soft == 1.0:
+            return self
+        d = self.barrier.distance
+        posed = Sunk(self.posed, d / soft - d)
+        return replace(self, barrier=replace(self.barrier, distance=d / soft), posed=posed)
 
     def places(self, x: Floats) -> Floats:
         """Where its nodes are (m, 3), m; of a slice in its plane."""

@@ -12,7 +12,8 @@ load comes in steps that shrink and grow. Where it ends on an unstable equilibri
 buckling load does, it steps aside and goes on to a stable one.
 
 Where something may touch, whole steps go in and out of contact by turns: the free way is one on which energy falls, and
-is left out where pressures are unknowns as well. Friction has a way of its own (`friction.py`).
+is left out where pressures are unknowns as well. Where that fails beside rigid bodies, it begins with soft
+barriers (`hardened.py`), and so does the careful way. Friction has a way of its own (`friction.py`).
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
@@ -85,7 +86,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     crept = problem.touches and problem.assembly.saddle  # no energy falls on the way in and out of contact
     if problem.bold:
         ways += [] if turns or crept else [_free]
-        ways += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
+        ways += [_softly] if problem.beside and not (problem.rubs or turns) else []
+        ways += [] if problem.rubs or (problem.beside and not crept) else [_stepped]
     for way in ways:
         try:
             return way(problem, history, systems)
@@ -109,6 +111,21 @@ def _started(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
     x = _given(newton)
     x = newton.descend(begun(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
     return replace(_settled(newton, x), started=True)
+
+
+def _down(newton: Newton, x: Floats, load: float) -> Floats:
+    """The equilibrium at a load, from x, to which energy falls; beside rigid bodies from soft barriers on."""
+    if not newton.problem.beside or newton.problem.rubs:
+        return newton.descend(x, load)
+    from softmark.solvers.statics.hardened import hardened
+
+    return hardened(newton, x, load)
+
+
+def _softly(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+    newton = Newton(problem, history, systems, "soft barriers")
+    x = newton.impose(problem.rest, 1.0) if problem.start is None else _given(newton)
+    return _settled(newton, _down(newton, x, 1.0))
 
 
 def _stepped(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
@@ -222,7 +239,7 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
         target = min(1.0, load + step)
         try:
             begun = newton.impose(x, target - load, target)
-            there = newton.descend(begun, target)
+            there = _down(newton, begun, target)
             if problem.way is not None and problem.bold and strayed(x, begun, there):
                 raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
             if not problem.sound(there):

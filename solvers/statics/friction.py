@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.hardened import SOFT, in_steps, like, softened, take
 from softmark.solvers.statics.problem import NotConverged
 
 if TYPE_CHECKING:
@@ -19,51 +20,44 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.newton import Newton
 
 MOST, WITHIN = 12, 20  # iterates, and steps of each
-SOFT = 0.01  # of the stiffness across and along the surface: first soft, so that nodes come and go in whole steps
 BESIDE = 0.5  # residual of a start from which it is found at once
-CLOSEST = 1.5  # from one stiffness to the next: given up below
 ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
-NEAR = 1e-4  # residual to which the soft one is solved
 EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as the residual falls
 FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole steps go too near to
 
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium with friction at a load, from x. Raises NotConverged."""
-    soft = _first(newton.assembly)
-    if soft < 1.0 and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
-        own = _like(newton, _softened(newton.assembly, load, 1.0), newton.problem.tolerance)
+    soft_first = any(
+        e.rubs for e in newton.assembly.loads
+    )  # rigid bodies alone let whole steps lead behind their surface
+    if soft_first and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
+        own = like(newton, softened(newton.assembly, load, 1.0))
         try:
-            found = _settled(own, x, load, None, grips=False)
+            found = _settled(own, x, load, None)
         except NotConverged:
             pass
         else:
             newton.moved = own.moved
-            _take(newton, own)
+            take(newton, own)
             return found
-    soft, target, before, own = 0.0, soft, None, newton
-    while soft < 1.0:
-        assembly = _softened(newton.assembly, load, target)
-        tolerance = newton.problem.tolerance if target == 1.0 else max(newton.problem.tolerance, NEAR)
-        own = _like(newton, assembly, tolerance)
-        try:
-            y = _settled(own, x, load, before, before is None)
-        except NotConverged as failure:
-            if not soft or target < CLOSEST * soft:
-                raise _slid(newton, failure, own.reached, load) from failure
-            target = (soft * target) ** 0.5
-            continue
-        x, before, newton.moved, soft, target = y, assembly, own.moved, target, 1.0
-    _take(newton, own)
-    return x
+    try:
+        return in_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _gripped)
+    except NotConverged as failure:
+        raise _slid(newton, failure, newton.reached, load) from failure
 
 
-def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool) -> Floats:
+def _gripped(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+    """The equilibrium of one stiffness; at first, where nothing is known of pressures, everything sticks."""
+    return _settled(newton, x, load, before, grips=before is None)
+
+
+def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False) -> Floats:
     """The equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
-    residual, tolerance = 1.0, newton.problem.tolerance
+    residual = 1.0
     for _ in range(MOST):
-        rough = max(tolerance, min(ROUGH, FINER * residual))
-        own = _like(newton, _lagged(newton.assembly, x, before, grips), rough)
+        own = like(newton, _lagged(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
+        own.problem = replace(own.problem, max_iterations=WITHIN)
         try:
             x, before, grips = own.descend(x, load), None, False
         finally:
@@ -80,7 +74,7 @@ def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, gr
 def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
     """The equilibrium by whole steps of all of it, from a residual; None where these do not lead there."""
     moved, done = newton.moved, False
-    for most in EACH if _first(newton.assembly) < 1.0 else FALLS:
+    for most in EACH if _beside_rigid(newton.assembly) else FALLS:
         try:
             x, done, left = newton.steps(x, most, load)
         except NotConverged:
@@ -93,27 +87,14 @@ def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | 
     return x if done else None
 
 
-def _like(newton: Newton, assembly: Assembly, tolerance: float) -> Newton:
-    """The same iteration over another assembly."""
-    problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None, max_iterations=WITHIN)
-    own = type(newton)(problem, newton.history, newton.systems, newton.phase)
-    own.towed, own.moved = newton.towed, newton.moved
-    return own
-
-
-def _take(newton: Newton, own: Newton) -> None:
-    """What is asked of an iteration that has found an equilibrium."""
-    newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
-
-
-def _first(assembly: Assembly) -> float:
-    """How soft to begin: rigid bodies alone let whole steps lead behind their surface."""
-    return SOFT if any(e.rubs for e in assembly.loads) else 1.0
+def _beside_rigid(assembly: Assembly) -> bool:
+    """Whether rigid bodies rub, behind whose surface whole steps may lead: their barriers are soft first."""
+    return any(e.rubs for e in assembly.loads)
 
 
 def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
     """Why there is no equilibrium: that all that touches slides, if it does where Newton's method was left."""
-    soft = _softened(newton.assembly, load, SOFT)
+    soft = softened(newton.assembly, load, SOFT)
     each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
     if x is None or any(e.holds(x) for e in each):
         return failure
@@ -123,14 +104,7 @@ def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) 
 
 def steady(newton: Newton, x: Floats) -> bool | None:
     """Whether an equilibrium is stable under the pressures that it has; None where that is not known."""
-    return _like(newton, _lagged(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
-
-
-def _softened(assembly: Assembly, load: float, soft: float) -> Assembly:
-    """With friction at a load that is so many times as stiff."""
-    inner, outer = list[Any](assembly.internal), list[Any](assembly.loads)
-    internal = [e.softened(soft) if e.rubs else e for e in inner]
-    return assembly.acting(internal, [e.at(load).softened(soft) if e.rubs else e for e in outer])
+    return like(newton, _lagged(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
 
 
 def _lagged(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:

@@ -22,7 +22,7 @@ Watch = Callable[["Iteration"], None]
 class Iteration:
     """One Newton iteration: the relative `residual` before it, and the part of the step that was taken."""
 
-    phase: str  # "corotational start" | "free" | "careful" | "aside" (from an unstable equilibrium)
+    phase: str  # "corotational start" | "free" | "soft barriers" | "careful" | "aside" (from an unstable equilibrium)
     load: float
     number: int
     residual: float
@@ -164,6 +164,11 @@ class Statics:
     def touches(self) -> bool:
         """Whether something may come into contact: whole steps go in and out of it by turns, without an end."""
         return any(e.driven or isinstance(e, Wandering) for e in (*self.assembly.internal, *self.assembly.loads))
+
+    @property
+    def beside(self) -> bool:
+        """Whether there are rigid bodies."""
+        return any(energy.driven for energy in self.assembly.loads)
 
     @property
     def rubs(self) -> bool:

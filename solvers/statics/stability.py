@@ -56,8 +56,11 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
     The path is followed under fixed loads. Between a stable and an unstable state of it the tangent is taken as linear
     in the load, whose least critical load is the next guess (Lanczos); the bracket shrinks to CLOSE around it, both
     ends with their inertia. `left` is an unstable equilibrium of full load, which need not lie on that path. None where
-    no state of the path from rest is unstable, or the linear solver cannot tell.
+    no state of the path from rest is unstable, or the linear solver cannot tell; nor is it sought where bodies touch,
+    whose tangents change at once.
     """
+    if problem.touches:
+        return None
     newton = direct(problem, history, PHASE)
     try:
         low, high = _at_rest(newton), _seen(newton, 1.0, left, False)

@@ -61,6 +61,27 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
     assert soft.metrics["push"].value == pytest.approx(right, rel=5e-3)
 
 
+def test_a_part_of_the_surface_that_nothing_keeps_clear_is_looked_at_too() -> None:
+    """A contact of the side alone: the sphere goes into the top, and nothing would press on it."""
+    text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE).replace(
+        "where = y >= 0", "where = x >= 20"
+    )
+    found = loads(text).run().models["quads"]
+    assert found.status == "failed"
+    assert "`ball` is 1 mm inside where `touch` keeps nothing clear of it" in str(found.message)
+
+
+@pytest.mark.parametrize("far", [8.0, 14.0, 60.0])
+def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> None:
+    """Behind half of it nodes are pushed out at the wrong side; past all of the body nothing touches any more."""
+    text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE).replace(
+        "(0, -1, 0)", f"(0, {-2 * far}, 0)"
+    )
+    found = loads(text).run().models["quads"]
+    assert found.status == "not_converged"
+    assert "goes through the surface in one step" in str(found.message)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 1.0), ("quad8", 1.0)])
 def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(element: str, size: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.contact.gaps import GAPS, gap_of
-from softmark.solvers.contact.gaps.gap import Gap, bound, flat, reach
+from softmark.solvers.contact.gaps.gap import Gap
 from softmark.solvers.contact.gaps.surface import Surface
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
@@ -354,56 +354,3 @@ def test_turned_gaps_keep_the_laws(kind: str) -> None:
     ends = [(own.look(far + STEP * e), own.look(far - STEP * e)) for e in np.eye(3)]
     np.testing.assert_allclose(n, np.stack([(a[0] - b[0]) / (2.0 * STEP) for a, b in ends], axis=1), atol=1e-8)
     np.testing.assert_allclose(H, np.stack([(a[1] - b[1]) / (2.0 * STEP) for a, b in ends], axis=2), atol=1e-5)
-
-
-# ------------------------------------------------------------------ planes, and steps
-
-
-def test_a_cut_is_the_gap_in_the_plane() -> None:
-    """A cylinder along z is a disc there; nothing depends on z, or points along it."""
-    whole = gap_of(Cylinder(4.0, 0.5, (0.0, 0.0, 1.0), (0.0, 0.0, -2.0)))
-    assert whole is not None
-    X = places(14, 200)
-    g, n, H = flat(whole).look(X)
-    r = np.linalg.norm(X[:, :2], axis=1)
-    np.testing.assert_allclose(g, r - 0.5, atol=1e-14)
-    np.testing.assert_allclose(n[:, :2], X[:, :2] / r[:, None], atol=1e-14)
-    assert not n[:, 2].any()
-    assert not H[:, 2].any()
-    assert not H[:, :, 2].any()
-    np.testing.assert_allclose(np.trace(H, axis1=1, axis2=2), 1.0 / r, rtol=1e-12)
-    np.testing.assert_array_equal(flat(whole).gap(X[:, :2]), g)
-
-
-@pytest.mark.parametrize("kind", ALL)
-def test_a_step_within_its_bound_leaves_what_is_to_be_kept(kind: str) -> None:
-    """At 50 places along the step; and a step within reach touches nothing."""
-    own, X = gap(kind), places(15)
-    X = X[own.gap(X) > 0.01][:200]
-    step = np.random.default_rng(16).uniform(-2.0, 2.0, X.shape)
-    share, g = bound(own, X, step), own.gap(X)
-    assert 0.0 < share <= 1.0
-    for s in np.linspace(0.0, share, 50):
-        assert np.all(own.gap(X + s * step) >= 0.1 * g - 1e-12)
-    own_reach = reach(own, X)
-    np.testing.assert_array_equal(own_reach, g)
-    way = step / np.linalg.norm(step, axis=1)[:, None]
-    assert own.gap(X + 0.999 * own_reach[:, None] * way).min() > 0.0
-
-
-def test_bounds_of_steps_by_hand() -> None:
-    """Onto a plane 1 away by 2: 0.9 of it are left to go. Away from it, and beside a ball: all. Within: none."""
-    plane, ball = HalfSpace(), Sphere(1.0)
-    table, round_ = gap_of(plane), gap_of(ball)
-    assert table is not None
-    assert round_ is not None
-    X = np.array([[0.0, 0.0, 1.0]])
-    assert bound(table, X, np.array([[0.0, 0.0, -2.0]])) == pytest.approx(0.45)
-    assert bound(table, X, np.array([[5.0, 0.0, 2.0]])) == 1.0
-    assert bound(table, X, np.zeros((1, 3))) == 1.0
-    assert bound(table, -X, np.array([[0.0, 0.0, 2.0]])) == 0.0
-    assert bound(round_, np.array([[-3.0, 0.0, 1.5]]), np.array([[6.0, 0.0, 0.0]])) == 1.0
-    assert bound(round_, np.array([[-3.0, 0.0, 0.0]]), np.array([[6.0, 0.0, 0.0]])) == pytest.approx(
-        1.8 / 6.0, rel=1e-2
-    )
-    assert reach(table, -X)[0] == 0.0

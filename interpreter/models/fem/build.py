@@ -27,7 +27,7 @@ from softmark.interpreter.models.shared.disturbing import Disturbance, disturban
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, with_quality
+from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, volume_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.pieces import Piece, must_be_mirrored, pieces, sampled
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
@@ -58,6 +58,7 @@ from softmark.solvers.statics.clear import clear
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.grounding import Loose
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.bedding import Bedding
@@ -66,7 +67,6 @@ if TYPE_CHECKING:
 
 FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
 GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a St Venant-Kirchhoff solid peaks
-LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,7 @@ class PreparedSolid(OnMesh):
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
     contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
     rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
+    loose: Loose | None = None  # supports leave it free, and what it touches must hold it
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
@@ -113,7 +114,7 @@ class PreparedSolid(OnMesh):
 
     def _warm_cells(self) -> None:
         twin = self.problem.twin.internal if self.problem.twin else ()
-        for energy in (*self.solid, *twin[: len(twin) - len(self.beds)]):
+        for energy in (*self.solid, *twin[: len(twin) - self._beyond]):
             one = _one_cell(energy)
             nodes = np.unique(one.stencils)
             rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
@@ -156,10 +157,19 @@ class PreparedSolid(OnMesh):
     @property
     def solid(self) -> Sequence[Energy]:
         """The energies of its cells, one of each material: what else is stored lies beyond."""
-        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - len(self.beds)]
+        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._beyond]
+
+    @property
+    def _beyond(self) -> int:
+        """How many energies come after those of its cells."""
+        return len(self.beds) + (self.loose is not None)
 
     def _found(self, problem: Statics) -> Equilibrium:
         """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.loose is not None:
+            from softmark.solvers.statics.grounded import grounded
+
+            return clear(problem, lambda own: grounded(own, equilibrium))
         if self.contacts:
             return clear(problem, equilibrium)
         if self.disturbance is None:
@@ -175,6 +185,9 @@ class PreparedSolid(OnMesh):
         solution = outcome.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
         doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts))
+        if self.loose is not None:
+            stiff = outside.stiffer(self.contacts, found.facts["stiffened"])
+            doubts = (*doubts, *self.loose.notes(self.declared, facts, stiff, x))
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
@@ -297,8 +310,10 @@ def at_rest(
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     beds = outside.beds(case, mesh)
     contacts = outside.contacts(case, mesh)
+    loose = outside.loose(case, mesh, parts, workshop.measured, dofs)
+    beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
     loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
-    assembly = Assembly(dofs, fixed, [*internal, *beds.values()], [*loads, *contacts.values()], points)
+    assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)
     formulations.must_breathe(declared, case, each, assembly)
     problem = Statics(
         assembly,
@@ -308,7 +323,7 @@ def at_rest(
         target,
         case.analysis.tolerance,
         case.analysis.max_iterations,
-        None if twins is None else assembly.with_internal([*twins, *beds.values()]),
+        None if twins is None else assembly.with_internal([*twins, *beyond]),
         unknowns.of_displacements(soundness(model, elastic)),
         unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
         convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
@@ -329,7 +344,7 @@ def at_rest(
     )
     known = (model, declared, shape, mesh, elastic, problem, size, notes)
     made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0,
-                         muscles=(*tensions,), contacts=contacts)  # fmt: skip
+                         muscles=(*tensions,), contacts=contacts, loose=loose)  # fmt: skip
     return made, parts
 
 
@@ -477,24 +492,4 @@ def _takes() -> str:
     return (
         f"{levers.listed(hexahedra, 'and')} {takes} hexahedra; {levers.listed(tetrahedra, 'and')} take tetrahedra, or "
         "hexahedra that are split"
-    )
-
-
-def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """A warning where a mesh holds much less or more than the body."""
-    if case.shape.volume is None:
-        return ()
-    lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
-    if abs(lost) < LOST_VOLUME:
-        return ()
-    given = declared.thing.own_mesh is not None
-    return (
-        diagnostic(
-            "W305",
-            declared.at("mesh" if given else "size"),
-            f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
-            "than the body",
-            "not the same body" if given else "too coarse for the curved surface",
-            "check the file and its unit" if given else "use a smaller size",
-        ),
     )

@@ -15,6 +15,7 @@ from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.touching import Touching, node_areas
 from softmark.solvers.elements.facets import FACETS
+from softmark.solvers.mesh.border import bordering
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 THIN = 1e-5  # of the size of a body: where the barrier begins
 BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
-ACROSS = 1e-9  # of a slice: facets that are thinner along z lie in its faces
 
 
 def contacts_on(case: Case, mesh: Mesh) -> dict[str, Touching]:
@@ -143,9 +143,8 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
     """The facets that may touch (k, a). Raises Fault if there are none."""
     facets = loaded(case.shape, mesh, touch.thing.where).touched
     facets = np.unique(facets, axis=0)
-    if case.planar and len(facets):
-        z = mesh.points[facets][..., 2]
-        facets = facets[np.ptp(z, axis=1) > ACROSS * np.ptp(mesh.points[:, 2])]
+    if case.planar:
+        facets = facets[bordering(mesh.points, facets, case.depth > 0.0)]
     free = ~_held(case, mesh)
     facets = facets[free[facets].any(axis=1)]
     if not len(facets):

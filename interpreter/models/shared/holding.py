@@ -73,7 +73,7 @@ class Held:
         """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
         if len(self.values) == self.unknowns:
             raise self._rigid()
-        if not (isinstance(self.case.analysis, Dynamic) or self.case.rubbed):
+        if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # which touch may hold
             must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
@@ -103,6 +103,16 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     return fixed, target, way
 
 
+def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Held:
+    """How supports hold a body on a mesh. Raises Fault."""
+    return _solid_held(case, mesh, measured, 1.0)
+
+
+def left_free(held: Held, more: list[Floats]) -> list[str]:
+    """Rigid motions that supports, and `more` rows (r, 6) about the same centre, leave free, in words."""
+    return free_motions(_scaled(np.concatenate([*held.rows, *more]), held.extent), held.centre, held.extent)
+
+
 def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
     """Of every held degree of freedom what it is moved by, m, and the support that moves it. Raises Fault."""
     return _solid_held(case, mesh, measured, 1.0).values
@@ -129,7 +139,8 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
     return held
 
 
-def _listed(words: list[str]) -> str:
+def listed(words: list[str]) -> str:
+    """Motions in words, one after the other."""
     return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
 
 
@@ -218,7 +229,7 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
     raise fault(
         "E306",
         at,
-        f"the supports of `{case.body.name}` leave it free to {_listed(motions)}",
+        f"the supports of `{case.body.name}` leave it free to {listed(motions)}",
         "not held enough",
         "hold more components, or more of the body",
     )

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.mesh.shape import Shape
 
+LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
 SLIVER = 1e-3  # quality below which a cell of a file is named
 
 
@@ -92,3 +93,23 @@ def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
     from softmark.interpreter.models.shared import filled  # nothing of it where no surface is filled
 
     return tuple(filled.notes(declared, case, mesh))
+
+
+def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning where a mesh holds much less or more than the body."""
+    if case.shape.volume is None:
+        return ()
+    lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
+    if abs(lost) < LOST_VOLUME:
+        return ()
+    given = declared.thing.own_mesh is not None
+    return (
+        diagnostic(
+            "W305",
+            declared.at("mesh" if given else "size"),
+            f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
+            "than the body",
+            "not the same body" if given else "too coarse for the curved surface",
+            "check the file and its unit" if given else "use a smaller size",
+        ),
+    )

@@ -7,11 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
+    from softmark.interpreter.models.shared.grounding import Loose
     from softmark.interpreter.models.shared.motion import PreparedMotion
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.models.shared.rubbing import Past
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Energy, Floats
+    from softmark.solvers.mesh.interpolation import Integration
     from softmark.solvers.mesh.mesh import Mesh
 
 Solid = TypeVar("Solid")
@@ -79,14 +82,28 @@ def afloat(motion: PreparedMotion, case: Case) -> PreparedMotion:
     return beside(motion, case)
 
 
+def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int) -> Loose | None:
+    """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
+    if not case.contacts or isinstance(case.analysis, Dynamic):
+        return None
+    from softmark.interpreter.models.shared import grounding
+
+    return grounding.loose(case, mesh, parts, measured, dofs)
+
+
 def as_stiff(
     contacts: Mapping[str, Touching], assembly: Assembly, factor: float
 ) -> tuple[Mapping[str, Touching], Assembly]:
     """Contacts, and the assembly, with barriers so many times as stiff."""
     if factor == 1.0 or not contacts:
         return contacts, assembly
-    stiffer = {name: contact.stiffer(factor) for name, contact in contacts.items()}
-    return stiffer, _acting(assembly, stiffer)
+    stiff = stiffer(contacts, factor)
+    return stiff, _acting(assembly, stiff)
+
+
+def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touching]:
+    """Contacts with barriers so many times as stiff."""
+    return {name: contact.stiffer(factor) for name, contact in contacts.items()}
 
 
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
@@ -113,11 +130,11 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(solid: Any, u: Floats, stiffer: float) -> dict[str, Any]:
+def met(solid: Any, u: Floats, factor: float) -> dict[str, Any]:
     """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers."""
-    stiff = {name: contact.stiffer(stiffer) for name, contact in solid.contacts.items()}
+    stiff = stiffer(solid.contacts, factor)
     remembered = past({**solid.beds, **stiff}, u.ravel(), solid.rubbed)
-    return {"beside": beside(stiff), "stiffer": stiffer, "rubbed": remembered}
+    return {"beside": beside(stiff), "stiffer": factor, "rubbed": remembered}
 
 
 def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:

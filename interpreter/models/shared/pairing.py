@@ -12,6 +12,7 @@ from softmark.interpreter.vocabulary.pairs import Tied as TiedWord
 from softmark.solvers.contact.colliding import Colliding, NoToolkit, toolkit
 from softmark.solvers.contact.skin import Skin, others, pieces_of, skin_of
 from softmark.solvers.contact.tied import Tied, tied
+from softmark.solvers.mesh.border import bordering
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -127,9 +128,8 @@ def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
     rows = loaded(case.shape, mesh, pair.thing.where).touched
     known = {tuple(row): i for i, row in enumerate(np.sort(mesh.facets, axis=1).tolist())}
     found = np.array(sorted({known[tuple(row)] for row in np.sort(rows, axis=1).tolist()}), dtype=np.int64)
-    if case.planar and len(found):
-        z = mesh.points[mesh.facets[found]][..., 2]
-        found = found[np.ptp(z, axis=1) > CLOSE * np.ptp(mesh.points[:, 2])]
+    if case.planar:
+        found = found[bordering(mesh.points, mesh.facets[found], case.depth > 0.0)]
     if not len(found):
         raise fault(
             "E302",

@@ -14,14 +14,14 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.answers import carried
 from softmark.interpreter.models.answers.vibrations import about
-from softmark.interpreter.models.fem.build import mesh_of, volume_note
+from softmark.interpreter.models.fem.build import mesh_of
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_springs
 from softmark.interpreter.models.shared.gripping import held_notes
 from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
-from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note
+from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, volume_note
 from softmark.interpreter.models.shared.motion import PreparedMotion, in_motion
 from softmark.interpreter.models.shared.on_mesh import OnMesh
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop

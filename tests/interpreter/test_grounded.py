@@ -1,0 +1,97 @@
+"""Bodies that supports leave free and only touch holds: what bears them in the end, and what is said of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from softmark import loads
+from softmark.interpreter.results.report import Report
+
+HEAD = """softmark 1
+scene "nothing but touch holds it"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (20, 20, 20) mm, origin = (0, 0, {z}) mm), gel)
+body     floor = rigid(half_space(normal = ({slope}, 0, 1)))
+contact  under = between(floor, block{friction})
+model    cubes = fem(hex8, size = 10 mm, strain = finite)
+metric   rest  = force(under, along = +z)
+"""
+FALLS = HEAD + "load sag = gravity(9.81 m/s^2, direction = -z)\n"
+PLATES = (
+    HEAD
+    + """
+body     plate = rigid(half_space(origin = (0, 0, 21) mm, normal = (0, 0, -1)))
+support  hand  = displaced(plate, by = (0, 0, -3) mm, course = state)
+contact  over  = between(plate, block)
+analysis press = static(states = [10, 50, 100] %)
+metric   push  = force(over, along = -z)
+"""
+)
+WEIGHT = 1000.0 * 9.81 * 8e-6  # N
+
+
+def solved(text: str, **known: object) -> Report:
+    return loads(text.format(**{"z": 0, "slope": 0, "friction": "", **known})).run()
+
+
+@pytest.mark.parametrize("z", [0.0, 5.0, 50.0])
+def test_a_block_comes_to_lie_on_a_plane_with_its_weight(z: float) -> None:
+    """From any height below three times its size; to the tolerance of equilibrium, 1e-8, and what the spring bears."""
+    report = solved(FALLS, z=z)
+    found = report.models["cubes"]
+    assert found.metrics["rest"].value == pytest.approx(WEIGHT, rel=2e-8)
+    assert found.solve["grounded"]["bears"] <= 1e-10
+    (said,) = [d for d in report.warnings if d.code == "W613"]
+    assert "`under` holds it" in said.message
+    assert "free to slide along x, to slide along y and to turn" in str(said.help)
+    assert "along z still" in str(said.help)
+
+
+def test_what_nothing_stops_is_refused() -> None:
+    """Too far from the plane; and on a slope without friction, where it slides on along it."""
+    assert "it falls on along (0, 0, -1)" in str(solved(FALLS, z=500.0).models["cubes"].message)
+    assert "carry it on along (0.99, 0, -0.17)" in str(solved(FALLS, slope=0.17).models["cubes"].message)
+
+
+def test_friction_holds_all_of_it() -> None:
+    """Nothing stays free of what lies on a plane with friction; one that falls on it is refused."""
+    report = solved(FALLS, friction=", friction = 0.3")
+    assert report.models["cubes"].metrics["rest"].value == pytest.approx(WEIGHT, rel=2e-8)
+    (said,) = [d for d in report.warnings if d.code == "W613"]
+    assert "still" not in str(said.help)
+    above = solved(FALLS, z=8.0, friction=", friction = 0.3")
+    assert "falls on what it rubs on" in str(above.models["cubes"].message)
+
+
+def test_what_is_pushed_before_it_meets_anything_goes_along() -> None:
+    """A plate takes the block down by 2 mm, and does not come to the floor, 3 mm below it: nothing bears any force."""
+    found = solved(PLATES.replace("origin = (0, 0, 21)", "origin = (0, 0, 24)"), z=3.0).models["cubes"]
+    pushed = [found.metrics[name].states for name in ("push", "rest")]
+    assert found.status == "converged"
+    assert all(force == pytest.approx(0.0, abs=1e-12) for states in pushed for force in states)
+
+
+def test_a_block_between_two_plates_is_pressed_as_one_that_a_mirror_holds() -> None:
+    """Half a millimetre away from either; by symmetry the middle stays, and half of the block on it is the same.
+
+    The mirror's half has cells of the same size. Gaps that barriers leave are 1e-5 of a diagonal, 0.35 um, at most: on
+    both sides 3.5e-4 of the travel of 2 mm.
+    """
+    found = solved(PLATES, z=0.5).models["cubes"]
+    push, rest = (found.metrics[name].states for name in ("push", "rest"))
+    assert push[0] == rest[0] == 0.0
+    assert push[1:] == pytest.approx(rest[1:], rel=2e-8)
+    half = """softmark 1
+scene "half of it"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (10, 10, 10) mm), gel)
+body     plate = rigid(half_space(origin = (0, 0, 10.5) mm, normal = (0, 0, -1)))
+support  x_0   = symmetric(block, where = x <= 0 mm)
+support  y_0   = symmetric(block, where = y <= 0 mm)
+support  z_0   = symmetric(block, where = z <= 0 mm)
+support  hand  = displaced(plate, by = (0, 0, -1.5) mm)
+contact  over  = between(plate, block)
+model    cubes = fem(hex8, size = 10 mm, strain = finite)
+metric   push  = force(over, along = -z)
+"""
+    assert push[2] == pytest.approx(4.0 * loads(half).run().models["cubes"].metrics["push"].value, rel=3.5e-4)
