@@ -28,10 +28,8 @@ FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole st
 
 def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium with friction at a load, from x. Raises NotConverged."""
-    soft_first = any(
-        e.rubs for e in newton.assembly.loads
-    )  # rigid bodies alone let whole steps lead behind their surface
-    if soft_first and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
+    rigid = _beside_rigid(newton.assembly)
+    if rigid and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
         own = like(newton, softened(newton.assembly, load, 1.0))
         try:
             found = _settled(own, x, load, None)
