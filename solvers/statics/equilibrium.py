@@ -12,8 +12,8 @@ load comes in steps that shrink and grow. Where it ends on an unstable equilibri
 buckling load does, it steps aside and goes on to a stable one.
 
 Where something may touch, whole steps go in and out of contact by turns: the free way is one on which energy falls, and
-is left out where pressures are unknowns as well. Where that fails beside rigid bodies, it begins with soft
-barriers (`hardened.py`), and so does the careful way. Friction has a way of its own (`friction.py`).
+is left out where pressures are unknowns as well. Where these ways fail beside rigid bodies, soft barriers
+come first (`hardened.py`), and so they do in the careful way. Friction has a way of its own (`friction.py`).
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
@@ -86,8 +86,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     crept = problem.touches and problem.assembly.saddle  # no energy falls on the way in and out of contact
     if problem.bold:
         ways += [] if turns or crept else [_free]
+        ways += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
         ways += [_softly] if problem.beside and not (problem.rubs or turns) else []
-        ways += [] if problem.rubs or (problem.beside and not crept) else [_stepped]
     for way in ways:
         try:
             return way(problem, history, systems)

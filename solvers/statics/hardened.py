@@ -12,6 +12,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.problem import NotConverged
 
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 SOFTEST, SOFT = 1e-4, 0.01  # of the stiffness, across the surface and along it: to begin with
 CLOSEST = 1.5  # from one stiffness to the next: given up below
 STEPS = 20  # whole ones, where pressures are unknowns as well
+BEHIND = 0.1  # of how deep the middle of a rigid body is: where the softest barrier begins to bear much
 NEAR = 1e-4  # residual to which all but the last are solved
 
 
@@ -36,7 +39,19 @@ def hardened(newton: Newton, x: Floats, load: float) -> Floats:
                     return there
         return own.descend(x, load)
 
-    return in_steps(newton, x, load, (SOFTEST, SOFT, 1.0), fallen)
+    return in_steps(newton, x, load, (_softest(newton.assembly), SOFT, 1.0), fallen)
+
+
+def _softest(assembly: Assembly) -> float:
+    """The first part: so soft that nothing comes behind the middle of a rigid body, and out at the other side."""
+    each: list[Any] = [e for e in assembly.loads if e.driven]
+    found = SOFTEST
+    for e in each:
+        middle = e.body.centroid
+        if middle is not None:
+            inner = max(0.0, -float(e.body.gap(np.array([middle]))[0]))
+            found = max(found, e.barrier.distance / max(BEHIND * inner, e.barrier.distance / SOFT))
+    return found
 
 
 def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]) -> Floats:
