@@ -15,6 +15,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, Look
+from softmark.solvers.contact.inner import Inner
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix
 from softmark.solvers.energies.energy import Floats, Ints
@@ -130,7 +131,7 @@ class Afloat(Touching):
     their derivative by the unknowns, and so not symmetric.
     """
 
-    corners: Any = None  # (p, a) nodes
+    of: Any = None  # (p, a) nodes
     shares: Any = None  # (p, a)
     at_rest: Any = None  # (p, 3) m
     chart: Any = None  # Bodies
@@ -145,13 +146,13 @@ class Afloat(Touching):
     @cached_property
     def stencils(self) -> Ints:
         """Degrees of freedom of the nodes of each point, and of the body (p, 3 a + 6)."""
-        own = (3 * self.corners[:, :, None] + np.arange(3)).reshape(len(self.corners), -1)
+        own = (3 * self.of[:, :, None] + np.arange(3)).reshape(len(self.of), -1)
         body = np.broadcast_to(self.free.first + np.arange(6), (len(own), 6))
         return np.hstack([own, body])
 
     def spots(self, x: Floats) -> Floats:
         """Where its points are in space (p, 3), m."""
-        u = np.asarray(x, dtype=np.float64)[self.stencils[:, :-6]].reshape(len(self.corners), -1, 3)
+        u = np.asarray(x, dtype=np.float64)[self.stencils[:, :-6]].reshape(len(self.of), -1, 3)
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found
 
@@ -212,10 +213,9 @@ def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
     known = {f.name: getattr(touching, f.name) for f in fields(Touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = Principal(whole, body.middle, body.axes)
-    inner: Any = touching
-    if hasattr(inner, "corners"):
-        points = {"corners": inner.corners, "shares": inner.shares, "at_rest": inner.at_rest}
+    if isinstance(touching, Inner):
+        points = {"of": touching.of, "shares": touching.shares, "at_rest": touching.at_rest}
     else:
         count = len(touching.nodes)
-        points = {"corners": touching.nodes[:, None], "shares": np.ones((count, 1)), "at_rest": touching.X}
+        points = {"of": touching.nodes[:, None], "shares": np.ones((count, 1)), "at_rest": touching.X}
     return Afloat(**known | points | {"posed": lambda share: seen}, chart=chart, which=which)
