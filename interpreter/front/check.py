@@ -408,9 +408,16 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("contact") or scene.of_kind("rigid"):
-        from softmark.interpreter.front import afloat, contacts, impacts, rubbing
+        from softmark.interpreter.front import contacts
 
-        yield from (*contacts.faults(scene), *afloat.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
+        yield from contacts.faults(scene)
+
+
+def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.front import afloat, impacts, rubbing
+
+        yield from (*afloat.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
@@ -469,19 +476,11 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (
-    _one_analysis,
-    _shapes,
-    _contacts,
-    _plane,
-    _symmetric,
-    _selections,
-    _places,
-    _meshes,
-    _lints,
-)
+    _one_analysis, _shapes, _contacts, _plane, _symmetric, _selections, _places, _meshes, _lints,
+)  # fmt: skip
 WHOLE: tuple[Check, ...] = (
-    _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined, _metrics,
-    _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
+    _touched, _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined,
+    _metrics, _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
 )  # fmt: skip
 
 

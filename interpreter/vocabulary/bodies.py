@@ -49,7 +49,7 @@ class Rigid:
     density: Annotated[float | None, "kg/m^3 in (0, inf)", "makes it free to move and turn, in a dynamic analysis"] = (
         None
     )
-    mass: Annotated[float | None, "kg in (0, inf)", "the same by what it weighs in all"] = None
+    mass: Annotated[float | None, "kg in (0, inf)", "what it weighs in all, in place of a density"] = None
     velocity: Annotated[Vector3, "m/s", "of a free one at the start"] = (0.0, 0.0, 0.0)
     spin: Annotated[Vector3, "rad/s", "angular velocity of a free one at the start, about its centre of mass"] = (
         0.0,

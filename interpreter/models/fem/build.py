@@ -138,6 +138,7 @@ class PreparedSolid(OnMesh):
     def solve(self, watch: Watch) -> Solution:
         """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
         remedy = "try a smaller load, a finer mesh or another strain measure"
+        remedy = remedy if self.loose is None else f"hold it by a support or by what it touches, or {remedy}"
         problem = replace(self.problem, watch=watch)
         if self.before is not None:
             problem = replace(problem, start=self.unknowns.begun(self.before))

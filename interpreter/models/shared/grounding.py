@@ -47,7 +47,8 @@ class Loose:
         if by:
             part = f"{known['bears']:.1g} of the forces" if known["bears"] else "nothing"
             remedy = f"a spring kept it on the way, at {known['places']} places in turn, and bears {part} now{stays}"
-        return (diagnostic("W613", declared.at(), problem, "held by what it touches", remedy),)
+        label = "held by what it touches" if by else "held by nothing"
+        return (diagnostic("W613", declared.at(), problem, label, remedy),)
 
     def _rows(self, contact: Any, u: Floats) -> Floats:
         """What rigid motions do to gaps of points that are pressed, and along the surface where they stick (r, 6)."""
