@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
@@ -40,7 +40,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         if isinstance(declared.thing, Between):
             yield from _between(scene, declared)
     between = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between)]
-    yield from _twice(between)
+    yield from _twice(list(scene.of_kind("contact").values()))
     named = {c.thing.rigid for c in between}
     sure = bool(named) and all(rigid(scene.declared[name]) for name in named)  # else it may be the other that is meant
     for body in scene.of_kind("rigid").values():
@@ -56,11 +56,18 @@ def _twice(contacts: list[Declared]) -> Iterator[Diagnostic]:
     """Contacts of the same bodies at the same places: each would bear a part, with a friction of its own."""
     for i, later in enumerate(contacts):
         for first in contacts[:i]:
-            one, other = first.thing, later.thing
-            if (one.rigid, one.body) == (other.rigid, other.body) and one.where == other.where:
-                yield diagnostic("E616", later.at(), f"`{later.name}` is between `{one.rigid}` and `{one.body}`, as "
-                                 f"`{first.name}` is", "the same contact again", "leave one of them out, or give each "
+            one = later.thing
+            if _what(one) == _what(first.thing):
+                between = isinstance(one, Between)
+                whose = f"between `{one.rigid}` and `{one.body}`" if between else f"of `{one.body}` with itself"
+                yield diagnostic("E616", later.at(), f"`{later.name}` is {whose}, as `{first.name}` is",
+                                 "the same contact again", "leave one of them out, or give each "
                                  "a part of the surface: `where = x <= 0 mm`")  # fmt: skip
+
+
+def _what(thing: Any) -> tuple[Any, ...]:
+    """What a contact is between, and where."""
+    return type(thing), getattr(thing, "rigid", None), thing.body, thing.where
 
 
 def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:

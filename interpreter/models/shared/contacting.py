@@ -28,8 +28,25 @@ BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 
 
 def contacts_on(case: Case, mesh: Mesh) -> dict[str, Touching]:
-    """The energy of every contact, by name. Raises Fault where one has no surface, or starts overlapped."""
+    """The energy of every contact, by name. Raises Fault where one has no surface, another's, or starts overlapped."""
+    _must_be_once(case, mesh)
     return {touch.name: _touching(case, touch, mesh) for touch in case.contacts}
+
+
+def _must_be_once(case: Case, mesh: Mesh) -> None:
+    """Raises Fault where two contacts with a rigid body select the same facets; one that both cut is not the same."""
+    for i, later in enumerate(case.contacts):
+        for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
+            own, others = (loaded(case.shape, mesh, t.thing.where).whole for t in (later, first))
+            if not set(map(tuple, np.sort(own).tolist())) & set(map(tuple, np.sort(others).tolist())):
+                continue
+            raise fault(
+                "E616",
+                later.at("where" if "where" in later.declared.fields else ""),
+                f"`{later.name}` selects facets of `{case.body.name}` that `{first.name}` selects as well",
+                f"both between them and `{later.rigid.name}`",
+                "leave one of them out, or give each a part of the surface that the other has not",
+            )
 
 
 @dataclass(frozen=True)
