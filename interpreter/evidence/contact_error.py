@@ -10,8 +10,9 @@ at most two (a cone), so that they are off by twice the gap over the travel, pre
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
@@ -37,17 +38,26 @@ def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther:
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of gaps; none where nothing may touch."""
-    return {"gap": _left} if whole.case.contacts else {}
+    from softmark.interpreter.vocabulary.pairs import Itself
+
+    own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, Itself)]
+    if not (own or whole.case.contacts):
+        return {}
+    beds: Any = getattr(whole.prepared, "beds", {})
+    return {"gap": partial(_left, {name: beds[name].distance for name in own if not beds[name].rubs})}
 
 
-def _left(seen: ProbeAnswer) -> float:
-    """By the mean gap where something presses; the travel is taken for the largest displacement of the body."""
+def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
+    """By the mean gap where something presses; the travel is taken for the largest displacement of the body.
+
+    Of a body that meets itself by what its barrier leaves at most, m, by name, where no more is known.
+    """
     from softmark.interpreter.evidence.probe_answers import Unknown
 
     rest = seen.at_rest
     if rest is None or rest.reason is not None:
         raise Unknown("what the contacts leave open is not known")
-    left = max((touch.left for touch in rest.touches.values()), default=0.0)
+    left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0

@@ -90,7 +90,7 @@ class Stated(Answer):
             "solver": self._solver,
         }
         found |= selection(self)
-        if self.case.contacts:
+        if self.case.contacts or self.case.pairs:
             from softmark.interpreter.evidence.contact_error import gaps
             from softmark.interpreter.evidence.contact_notes import selection as touching
 

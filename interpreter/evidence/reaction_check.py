@@ -18,6 +18,7 @@ from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.carried import NOTHING, Carried, Wrench, holders, reactions
 from softmark.interpreter.results.reactions import Reaction
 from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile, Turning
+from softmark.interpreter.vocabulary.pairs import Tied
 from softmark.solvers.checks.solids import EPS, Floats
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
             f"its supports and loads do not balance: {force:.1e} of the largest load is left of forces, and "
             f"{moment:.1e} of it times the extent of the body of moments"
         )
+        if force * scale <= allowed:
+            reason += _of_pairs(found)
     if unknown is not None:
         return {"reactions": facts | {"apart": None, "reason": unknown}}, reason
     apart = min(_apart(carried, own, again, scale) for own in (known, _written(found, carried) or known))
@@ -71,6 +74,20 @@ def _written(found: Found, carried: Carried) -> Mapping[str, Reaction]:
         return {}
     held = holders(found.case, found.prepared.mesh, found.declared.thing)
     return reactions(replace(carried, left=carried.written), held)
+
+
+def _of_pairs(found: Found) -> str:
+    """What makes a moment of forces that pieces of a body exchange, and what to do; nothing where none do.
+
+    They are along the line between their points where these are: not of ties across a gap, nor in small strain, whose
+    moments are those of places before deformation.
+    """
+    for pair in found.case.pairs:
+        if isinstance(pair.thing, Tied):
+            return f"; what `{pair.name}` ties across a gap has a moment: let the surfaces meet before deformation"
+        if getattr(found.declared.thing, "strain", None) == "small":
+            return f"; in small strain what slides along `{pair.name}` leaves one: take `strain = finite`"
+    return ""
 
 
 def _again(voucher: Voucher, found: Found) -> tuple[Mapping[str, Wrench], float, str | None]:

@@ -18,7 +18,8 @@ class Itself:
     integrated over both surfaces, whose meshes need not match; facets are split `parts` times along each side for that,
     and a uniform pressure is uniform the better the more there are. Surfaces must be apart at the start, be it by
     little: the distance is then no more than their gap. Finite elements at rest take it, in space, in the
-    plane and of revolution, with the package ipctk (the extra `contact`: `pip install "softmark[contact]"`).
+    plane and of revolution, with the package ipctk (the extra `contact`: `pip install "softmark[contact]"`). Take
+    finite strain where surfaces slide along each other: in small strain their forces leave a moment, and are refused.
     `force(NAME, along = +z)` is the force on all pieces but the first.
 
     With `friction` surfaces stick up to friction times pressure, and slide beyond: Coulomb's law at points of both, by

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from softmark import loads
+from softmark.interpreter.run import pipeline
 
 pytest.importorskip("ipctk")
 
@@ -69,3 +70,39 @@ def test_what_sticks_is_as_if_it_were_glued() -> None:
     assert own["pull"][2] < 0.2 * own["push"][2]
     assert own["pull"][2] == pytest.approx(glued["grip"][2] - glued["grip"][0], rel=0.02)
     assert own["way"][2] < 1e-6
+
+
+CUBES = """softmark 1
+scene "Two blocks above each other"
+material gel  = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     pair = solid(apart(box(size = (10, 10, 5) mm), box(size = (10, 10, 5) mm, origin = (0, 0, 5.05) mm)), gel)
+support  bed  = fixed(pair, where = z <= 0 mm)
+support  lid  = displaced(pair, where = z >= 10.05 mm, by = BY mm)
+contact  rub  = CONTACT
+model    cubes = fem(hex8, size = 5 mm, strain = STRAIN)
+metric   push = force(rub, along = +z)
+"""
+
+
+def cubes(contact: str, by: str, strain: str) -> str:
+    return CUBES.replace("CONTACT", contact).replace("BY", by).replace("STRAIN", strain)
+
+
+@pytest.mark.parametrize(
+    ("contact", "strain", "remedy"),
+    [("tied(pair)", "finite", "let the surfaces meet"), ("itself(pair)", "small", "take `strain = finite`")],
+)
+def test_moments_of_what_pieces_exchange_are_told_with_a_remedy(contact: str, strain: str, remedy: str) -> None:
+    model = loads(cubes(contact, "(0.2, 0, -0.1)", strain)).run().models["cubes"]
+    assert "do not balance" in str(model.message)
+    assert remedy in str(model.message)
+
+
+@pytest.mark.slow
+def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
+    """Both are thicker by it: of a force that grows in proportion twice the distance of the barrier over the travel."""
+    loaded = loads(cubes("itself(pair, distance = 20 um)", "(0, 0, -0.1)", "finite"))
+    model = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(stated=("cubes",))).models["cubes"]
+    push = model.metrics["push"].value
+    assert push is not None
+    assert model.stated["push"].parts["gap"] == pytest.approx(2.0 * 20e-6 / 0.1e-3 * push, rel=0.01)

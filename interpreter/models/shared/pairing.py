@@ -54,9 +54,18 @@ def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     told = others(mesh)
     made = Colliding(skin, asked, stiffness, several, thickness, told)
     left = _gap(pair, made, mesh)
-    if said.distance is None and left < usual:
-        made = Colliding(skin, left, stiffness, several, thickness, told)
-    return made
+    if left == asked:
+        return made
+    if said.distance is None:
+        return Colliding(skin, left, stiffness, several, thickness, told)
+    raise fault(
+        "E631",
+        pair.at("distance"),
+        f"`{pair.name}` presses from {units.show(asked, units.LENGTH)} on, and its surfaces are"
+        f" {units.show(left, units.LENGTH)} apart before anything has moved",
+        "pressed from the start",
+        "take less than that, or leave `distance` out: it is then no more than the gap",
+    )
 
 
 def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
