@@ -95,13 +95,6 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_gripped_strip_at_three_times_its_length": NONE,
         "test_three_times_its_length_in_every_formulation": ("isochoric-0.4999-equibiaxial",),
     },
-    "tests/interpreter/test_report_instruments.py": {
-        "test_the_rigid_body_is_drawn_over_the_other_and_moves": NONE,
-    },
-    "tests/interpreter/test_pressure_along.py": {
-        "test_forces_against_a_theory_of_contact_judge_where_models_end": NONE,
-        "test_it_is_held_against_a_theory_and_drawn_beside_it": NONE,
-    },
     "tests/interpreter/test_levers.py": {
         "test_a_capped_state_has_its_metrics_and_its_residual": NONE,
         "test_a_start_saves_steps_and_is_charged": NONE,
