@@ -54,6 +54,7 @@ def test_under_a_plate_it_is_the_same_everywhere() -> None:
     np.testing.assert_allclose(metric.curve.x, np.linspace(0.0, 8e-3, 9))
 
 
+@pytest.mark.slow
 def test_it_is_held_against_a_theory_and_drawn_beside_it() -> None:
     """Hertz: p0 = 2 E* a / (pi R) with a = sqrt(R d), and p = p0 sqrt(1 - r^2/a^2)."""
     report = loads(text(BALL, 0.5) + AGAINST.format(theory="hertz")).run()
@@ -119,6 +120,7 @@ def test_sharp_points_are_on_rims_edges_and_tips() -> None:
     assert len(sharp_in_section(*square)) == 4
 
 
+@pytest.mark.slow
 def test_forces_against_a_theory_of_contact_judge_where_models_end() -> None:
     """The theory says how far its own force may be off: d / R for a depth that is not small, and the far face."""
     known = AGAINST.format(theory="hertz") + "metric push = force(touch, along = -y, against = theory)\n"

@@ -474,9 +474,13 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
 # the other way round: of tests with many quick cases, those whose id has one of these words wait
 WAIT: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_codes.py": {
-        "test_examples": ("W318", "W361", "W362", "W388", "W630", "E631", "E520", "W371", "W352", "W368", "W315"),
+        "test_examples": (
+            "W318", "W361", "W362", "W659", "W388", "W630", "E631", "E520", "W371", "W352", "W368", "W315",
+        ),
     },
-    "tests/interpreter/test_diagnostics.py": {"test_golden": ("load-border-along-surface", "support-thin-skin")},
+    "tests/interpreter/test_diagnostics.py": {
+        "test_golden": ("load-border-along-surface", "support-thin-skin", "contact-cut-in"),
+    },
     "tests/interpreter/test_fuzz_corpus.py": {"test_what_broke_a_promise_keeps_it": ("comparison-long", "sweep-long")},
     "tests/interpreter/test_hostile_texts.py": {"test_no_text_steers_the_terminal": ("command3-",)},
     "tests/solvers/test_shapes.py": {"test_finer_spaces_lie_on_the_true_surface": ("tet10-bent rod", "tet10-sphere")},
