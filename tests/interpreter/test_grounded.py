@@ -95,3 +95,23 @@ model    cubes = fem(hex8, size = 10 mm, strain = finite)
 metric   push  = force(over, along = -z)
 """
     assert push[2] == pytest.approx(4.0 * loads(half).run().models["cubes"].metrics["push"].value, rel=3.5e-4)
+
+
+def test_the_spring_is_no_part_of_what_is_told() -> None:
+    """A block that fell has the strain energy of one that lay there, whatever it would take to keep it where it was.
+
+    To the tolerance of equilibrium, whose error energy has twice: the spring of the first place would have 8e-4 more.
+    And what is free to slide along a plane has no slowest vibration, but for that of a spring that is not there.
+    """
+    told = FALLS + "metric E = strain_energy(block)\nmetric f = frequency(block)\n"
+    lay, fell = (solved(told, z=z).models["cubes"].metrics for z in (0.0, 5.0))
+    assert fell["E"].value == pytest.approx(lay["E"].value, rel=1e-7)
+    assert "free to slide along x, to slide along y" in str(fell["f"].reason)
+
+
+def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> None:
+    """A later state takes over what is between its faces, and the spring stays: forces are those without the former."""
+    beside = solved(PLATES + "contact folds = itself(block)\n", z=0.5).models["cubes"]
+    alone = solved(PLATES, z=0.5).models["cubes"]
+    assert beside.status == "converged"
+    assert beside.metrics["push"].states == pytest.approx(alone.metrics["push"].states, rel=1e-6)
