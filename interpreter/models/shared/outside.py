@@ -128,11 +128,14 @@ def resumed(made: Solid, before: Moved) -> Solid:
 
         known = replace(known, rubbed=before.rubbed)
         beds, contacts = (rubbing.resumed(own, before.rubbed) for own in (beds, contacts))
-    assembly = known.problem.assembly
-    internal = list(assembly.internal)
-    internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
-    loads = [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()]
-    problem = replace(known.problem, assembly=assembly.acting(internal, loads))
+
+    def going_on(assembly: Assembly) -> Assembly:
+        internal = list(assembly.internal)
+        internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
+        return assembly.acting(internal, [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()])
+
+    exact = None if known.problem.exact is None else going_on(known.problem.exact)
+    problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
     found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts)
     return found
 
