@@ -107,6 +107,17 @@ def bare(solid: Any, factor: float) -> Assembly:
     return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
 
 
+def keeping(solid: Solid, x: Floats) -> Solid:
+    """The same solid, whose spring, where it has one, keeps it where a state x (dofs,), m, has it."""
+    known: Any = solid
+    if known.loose is None:
+        return solid
+    assembly = known.problem.assembly
+    internal = [*assembly.internal[:-1], replace(known.loose.spring, place=x.copy())]
+    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly.acting(internal, assembly.loads)))
+    return found
+
+
 def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touching]:
     """Contacts with barriers so many times as stiff."""
     return {name: contact.stiffer(factor) for name, contact in contacts.items()}
