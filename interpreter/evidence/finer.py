@@ -20,6 +20,7 @@ from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared import outside
 from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
@@ -111,6 +112,8 @@ def found(
         problem = static.problem
         x = above.displaced(solved.displacement).ravel()
         x[problem.fixed] = problem.target
+        static = outside.keeping(static, x)
+        problem = static.problem
         coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
         state = settled(problem.assembly, x, coarse, budget.check)
     except (Unmatched, StateLost, Singular) as error:

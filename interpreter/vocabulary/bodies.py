@@ -41,8 +41,9 @@ class Rigid:
 
     With a `density`, or a `mass` that is spread over its volume, it is free in a dynamic analysis: it has six degrees
     of freedom, the inertia of its shape, and moves as `gravity(...)` and what it touches let it; momentum of both
-    together is kept. A report says how in `solve.rigid`. Spheres, boxes, cylinders, bodies of revolution and closed
-    surfaces have a mass; it meets one body, in space, without friction.
+    together is kept, and damping is that of the body that deforms alone. A report says how in `solve.rigid`. Spheres,
+    boxes, cylinders, bodies of revolution and closed surfaces have a mass; it meets one body, in space, without
+    friction.
     """
 
     shape: Annotated[Any, "shape", "its geometry where it is declared"]

@@ -36,7 +36,8 @@ class Between:
     makes it; heat never falls, and is told beside the other energies, `solve.energies.friction` of the report, as the
     farthest slip and the share of the forces that sticks are in `solve.friction`. With an integrator that damps nothing
     nodes that stick may have velocities of less than friction times g h / 2, h the step, which change sign with every
-    step and lead nowhere.
+    step and lead nowhere. What touches when a motion begins is not thrown off: its gaps count from the `distance` on,
+    so that there it may come behind the surface by as much.
 
     At rest a body that supports leave free may be held by what it touches, with friction or without: the report says
     which contacts hold it, and what still is free.

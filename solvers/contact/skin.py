@@ -157,12 +157,18 @@ def _turned(mesh: Mesh, facets: Ints) -> Any:
 
 
 def _shapes(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
-    """Shape functions (f, p, k) at local points (p, 2), of a slice along its lines."""
+    """Shape functions (f, p, k) at local points (p, 2); of a slice along its lines, means through its thickness.
+
+    What presses on a slice presses alike all through it: forces on its middle alone would bend facets of eight nodes.
+    """
     facet = FACETS[mesh.facets.shape[1]]
-    N = np.broadcast_to(facet.shape(xi), (len(facets), len(xi), facet.nodes)).copy()
-    if flat:
-        N[_turned(mesh, facets)] = facet.shape(xi[:, ::-1])
-    return N
+    if not flat:
+        return np.broadcast_to(facet.shape(xi), (len(facets), len(xi), facet.nodes)).copy()
+    across, w = np.polynomial.legendre.leggauss(2)
+    each = [np.stack([xi[:, 0], np.full(len(xi), s)], axis=1) for s in across]
+    one, other = (0.5 * sum(wi * facet.shape(X[:, ::way]) for X, wi in zip(each, w, strict=True)) for way in (1, -1))
+    found: Floats = np.where(_turned(mesh, facets)[:, None, None], other, one)
+    return found
 
 
 def _rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:

@@ -79,6 +79,7 @@ class Touching(Energy):
     facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
     conservative: bool = True
     earlier: Gap | None = None  # the rigid body in the state that is started from
+    sunk: Floats | float = 0.0  # (m,) m, by how much gaps are larger: of what touches when a motion begins
 
     @cached_property
     def stencils(self) -> Ints:
@@ -117,6 +118,14 @@ class Touching(Energy):
     def stiffer(self, factor: float) -> Touching:
         """The same with a barrier so many times as stiff."""
         return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
+
+    def begun(self) -> Touching:
+        """The same of which no point is within the barrier where all is at rest: nothing is stored there.
+
+        What touches would be thrown off by what it takes to bring bodies together, by steps that are short enough.
+        """
+        g, d = self.gaps(np.zeros(int(self.stencils.max(initial=-1)) + 1)), self.barrier.distance
+        return replace(self, sunk=np.where(np.abs(g) < d, d - g, 0.0))
 
     def softened(self, soft: float) -> Touching:
         """The same `soft` times as stiff, from the same gap on.
@@ -212,7 +221,7 @@ class Touching(Energy):
         return found
 
     def _looked(self, where: Floats) -> Look:
-        g = self.body.gap(where)
+        g = self.body.gap(where) + self.sunk
         n, H = np.zeros((len(g), 3)), np.zeros((len(g), 3, 3))
         near = g < self.barrier.distance
         if near.any():

@@ -11,7 +11,7 @@ from softmark.solvers.energies.energy import Dashpots, Floats
 
 
 class Damping:
-    """C = alpha M + beta K and the matrix of dashpots.
+    """C = alpha M + beta K and the matrix of dashpots; M without free rigid bodies, which nothing brakes but a touch.
 
     K is the definite stiffness of the internal forces in the state to which the velocity belongs: in any other state a
     velocity that keeps the volume seems to change it, by O(h), and the bulk modulus of a nearly
@@ -46,7 +46,7 @@ class Damping:
         if not beta and len(self.data):
             return
         self.data = beta * self.forces.drag(x) if beta else np.zeros(len(self.forces.pattern.indices))
-        self.forces.add_mass(self.data, alpha)
+        self.forces.add_braked(self.data, alpha)
         for energy, slots in self._dashpots:
             energy.add_damping(self.data, slots)
         self._C = self.forces.pattern.matrix(self.data)

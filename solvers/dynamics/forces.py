@@ -145,6 +145,12 @@ class Forces:
         """data (nnz,) += scale M."""
         data[self._mass_slots] += scale * self.M_free.data
 
+    def add_braked(self, data: Floats, scale: float) -> None:
+        """The same of the body that deforms alone: what damps it does not brake free rigid bodies in their flight."""
+        end = None if self.impact is None or self.impact.free is None else np.searchsorted(self.free, self.impact.free)
+        own = slice(None, None if end is None else self.M_free.indptr[end])
+        data[self._mass_slots[own]] += scale * self.M_free.data[own]
+
     def add_blocks(self, data: Floats, blocks: Floats) -> None:
         """data (nnz,) += blocks (n, 3, 3) at the rotations of a problem that has some."""
         assert self._blocks is not None

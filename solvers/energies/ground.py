@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +31,11 @@ class Ground(Energy):
     def stencils(self) -> Ints:
         """Three degrees of freedom of each node (n, 3)."""
         return np.arange(3 * len(self.shares)).reshape(-1, 3)
+
+    @property
+    def gone(self) -> Ground:
+        """One that bears nothing wherever it is."""
+        return replace(self, spring=0.0)
 
     def forces(self, x: Floats) -> Floats:
         """What it takes to keep the spring as it is (n, 3), N."""

@@ -110,3 +110,11 @@ def test_a_top_without_torque(integrator: str) -> None:
     spin = top["spin_rad_s"][-1]
     assert J1 * spin + (J3 - J1) * (now @ spin) * now == pytest.approx(L, abs=1e-3 * float(np.linalg.norm(L)))
     assert top["middle_m"][-1] == pytest.approx(top["middle_m"][0] + t * np.array([0.3, 0.0, -1.0]), abs=1e-12)
+
+
+def test_damping_of_a_body_brakes_no_free_one() -> None:
+    """A stone that has yet to meet anything flies as it was thrown, whatever takes speed from the body: to rounding."""
+    text = HIT.format(shape=FAR, integrator="trapezoidal, damping_mass = 200 / (1 s)", end="4 ms", step="1 ms")
+    _, stone = run(text.replace("spin = (5, 0, 20)", "spin = (0, 0, 0)"), "stone")
+    assert stone["velocity_m_s"][-1] == pytest.approx([0.3, 0.0, -1.0], abs=1e-12)
+    assert stone["middle_m"][-1] - stone["middle_m"][0] == pytest.approx([1.2e-3, 0.0, -4e-3], abs=1e-12)

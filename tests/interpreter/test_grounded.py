@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from softmark import loads
 from softmark.interpreter.results.report import Report
+from softmark.interpreter.run import pipeline
 
 HEAD = """softmark 1
 scene "nothing but touch holds it"
@@ -28,6 +31,13 @@ metric   push  = force(over, along = -z)
 """
 )
 WEIGHT = 1000.0 * 9.81 * 8e-6  # N
+
+
+def stated(text: str, model: str) -> Any:
+    """The errors that a model states itself, by metric."""
+    known = loads(text)
+    options = pipeline.Options(draw=False, stated=(model,))
+    return pipeline.run(known.scene, list(known.warnings), options).models[model].stated
 
 
 def solved(text: str, **known: object) -> Report:
@@ -97,3 +107,34 @@ model    cubes = fem(hex8, size = 10 mm, strain = finite)
 metric   push  = force(over, along = -z)
 """
     assert push[2] == pytest.approx(4.0 * loads(half).run().models["cubes"].metrics["push"].value, rel=3.5e-4)
+
+
+def test_the_spring_is_no_part_of_what_is_told() -> None:
+    """A block that fell has the strain energy of one that lay there, whatever it would take to keep it where it was.
+
+    To the tolerance of equilibrium, whose error energy has twice: the spring of the first place would have 8e-4 more.
+    And what is free to slide along a plane has no slowest vibration, but for that of a spring that is not there.
+    """
+    told = FALLS + "metric E = strain_energy(block)\nmetric f = frequency(block)\n"
+    lay, fell = (solved(told, z=z).models["cubes"].metrics for z in (0.0, 5.0))
+    assert fell["E"].value == pytest.approx(lay["E"].value, rel=1e-7)
+    assert "free to slide along x, to slide along y" in str(fell["f"].reason)
+
+
+def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> None:
+    """A later state takes over what is between its faces, and the spring stays: forces are those without the former."""
+    beside = solved(PLATES + "contact folds = itself(block)\n", z=0.5).models["cubes"]
+    alone = solved(PLATES, z=0.5).models["cubes"]
+    assert beside.status == "converged"
+    assert beside.metrics["push"].states == pytest.approx(alone.metrics["push"].states, rel=1e-6)
+
+
+def test_a_finer_space_is_kept_where_the_body_is() -> None:
+    """What a mesh is stated to be off is that of a block that lay there: not what its spring of the first place does.
+
+    Stiff and light, so that such a spring would pull with a twentieth of the weight: 2.5 times that error.
+    """
+    text = FALLS.replace("10 kPa", "10 MPa") + "probe p = point(block, at = (20, 20, {top}) mm)\n"
+    text += "metric d = displacement(p, along = -z)\n"
+    lay, fell = (stated(text.format(z=z, top=z + 20, slope=0, friction=""), "cubes")["d"].parts for z in (0, 10))
+    assert fell["discretisation"] == pytest.approx(lay["discretisation"], rel=1e-2)

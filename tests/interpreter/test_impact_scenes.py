@@ -71,3 +71,21 @@ def test_a_report_tells_of_friction(tmp_path: Path, report_of: Callable[[Path], 
     assert told["slip_m"][-1] == pytest.approx(0.1 * 0.01 - 0.5 * 0.3 * 9.81 * 0.01**2, rel=0.05)
     assert all(b >= a for a, b in pairwise(heat))
     assert told["sticks"][-1] == 0.0
+
+
+@pytest.mark.parametrize("step", ["0.1 ms", "0.01 ms"])
+def test_what_touches_at_the_start_is_not_thrown_off(
+    step: str, tmp_path: Path, report_of: Callable[[Path], softmark.Report]
+) -> None:
+    """A bar that lies on a floor settles under its weight by steps of any length: its barrier stores nothing at first.
+
+    It moves with no more energy than gravity gives as it is pressed together, by at most twice what it sags at rest,
+    w L / (2 E) of its weight w per area (the barrier, 1e-5 of its size, is a thousandth of that).
+    """
+    sag = "load     sag  = gravity(9.81 m/s^2, direction = -z)\n"
+    file = written(tmp_path, away=0, end="0.4 ms", speed=0, more=sag)
+    file.write_text(file.read_text().replace("0.1 ms", step), encoding="utf-8")
+    energies = report_of(file).models["hexes"].solve["energies"]
+    pressure, area, long = 1e3 * 9.81 * 0.04, 1e-4, 0.04
+    assert energies["contact"][0] == 0.0
+    assert 0.0 < max(energies["kinetic"]) < pressure * area * 2.0 * 0.5 * pressure * long / 1e6

@@ -106,3 +106,20 @@ def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
     push = model.metrics["push"].value
     assert push is not None
     assert model.stated["push"].parts["gap"] == pytest.approx(2.0 * 20e-6 / 0.1e-3 * push, rel=0.01)
+
+
+@pytest.mark.slow
+def test_single_precision_goes_on_from_what_rubbed_before() -> None:
+    """A hand that comes back by a twelfth leaves what a state in double precision leaves, to the rounding of states.
+
+    As if all of its way were gone in one step it would be 2 % of the forces off.
+    """
+    text = SCENE.replace("(2, 0, 0) mm", "(0.2, 0, 0) mm").replace("[0, 50, 100]", "[100, 92]").replace("2.5", "5")
+    text = text.replace("CONTACT", RUBS)
+    both = [
+        loads(text.replace("selective", f"selective, precision = {kind}")).run().models["quads"]
+        for kind in ("single", "double")
+    ]
+    assert [model.status for model in both] == ["converged"] * 2, both[0].message
+    single, double = (model.metrics["grip"].states for model in both)
+    assert single == pytest.approx(double, rel=1e-5)

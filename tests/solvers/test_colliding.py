@@ -161,3 +161,20 @@ def test_crossings():
     assert len(crossings(lines, np.array([[0, 1], [2, 3]]))) == 1
     lines[2:, 0] += 1.0
     assert len(crossings(lines, np.array([[0, 1], [2, 3]]))) == 0
+
+
+@pytest.mark.parametrize("kind", ["quad8", "tri6"])
+def test_a_slice_is_pressed_alike_through_its_thickness(kind):
+    """What moves its middle one way and its faces the other, and nothing on the mean, does not move its border.
+
+    Forces on the middle alone are not those of a traction that is the same all through, and bend facets of eight nodes:
+    forces between squares pressed by a twentieth were a third too small in quad8, two thirds in tri6.
+    """
+    mesh = slices(kind)
+    skin = skin_of(mesh, mesh.points.size, 3, None, True)
+    z = mesh.points[:, 2] - mesh.points[:, 2].mean()
+    x = np.zeros((len(z), 3))
+    x[:, 1] = 0.01 * ((z / z.max()) ** 2 - 1.0 / 3.0)
+    assert skin.places(x.ravel()) == pytest.approx(skin.X, abs=1e-15)
+    x[:, 1] = 0.01  # all of it goes along
+    assert skin.places(x.ravel()) - skin.X == pytest.approx(np.tile([0.0, 0.01], (len(skin.X), 1)))

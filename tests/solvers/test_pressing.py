@@ -81,3 +81,17 @@ def test_what_an_axis_has_too_much_goes_back_to_its_ring(defect: float) -> None:
     assert area @ found[:4] == pytest.approx(area @ right)
     uniform = np.tile(np.array([1.0 + defect, 1.0 - defect / 6, 1.0, 1.0]), 2)
     assert mended(uniform, np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(1.0)
+
+
+def test_an_axis_that_nothing_presses_stays_so() -> None:
+    """Under a ring that presses from the second node on there is nothing within; and above it is not below."""
+    r, area = np.arange(4.0), np.array([1 / 6, 1.0, 2.0, 3.0])
+    facets = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]])
+    ring, full = np.array([0.0, 0.0, 5.0, 1.0]), np.array([1.2, 1.0, 0.9, 0.8])
+    both = np.tile(np.arange(4), 2)
+    assert mended(np.tile(ring, 2), np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(np.tile(ring, 2))
+    above = mended(np.tile(full, 2), np.tile(area, 2), facets, np.tile(r, 2), both)
+    surfaces = np.concatenate([facets, facets + 8])
+    p, numbers = np.concatenate([np.tile(full, 2), np.zeros(8)]), np.concatenate([both, both + 4])
+    found = mended(p, np.tile(area, 4), surfaces, np.tile(r, 4), numbers)
+    assert found == pytest.approx(np.concatenate([above, np.zeros(8)]))

@@ -185,10 +185,8 @@ class PreparedSolid(OnMesh):
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
-        doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts))
-        if self.loose is not None:
-            stiff = outside.stiffer(self.contacts, found.facts["stiffened"])
-            doubts = (*doubts, *self.loose.notes(self.declared, facts, stiff, x))
+        kept, adrift = outside.kept(self, facts, x)
+        doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts), *kept)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
@@ -196,9 +194,11 @@ class PreparedSolid(OnMesh):
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
         met = outside.met(self, u, stiffer)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
-        modes = about(self.assembly, found.x, self.mass, self.problem.linear)
+        modes = about(outside.bare(self, stiffer), found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
+        elif adrift:
+            modes = vibrations.none(f"nothing brings it back: it is free to {adrift}")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
@@ -211,7 +211,7 @@ class PreparedSolid(OnMesh):
     def _carried(self, state: Floats, u: Floats, stiffer: float) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
-        beside, assembly = outside.as_stiff(self.contacts, self.assembly, stiffer)
+        beside, assembly = outside.stiffer(self.contacts, stiffer), outside.bare(self, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
         return outside.touched(found, beside, self)

@@ -37,7 +37,7 @@ class Loose:
     ]:  # fmt: skip
         """What holds it in a state u (3 n,), m, what the spring bears of it, and what nothing holds."""
         case, known = self.held.case, facts["grounded"]
-        pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u))}
+        pressing = self._pressing(contacts, u)
         left = left_free(self.held, [*pressing.values()])
         by = " and ".join(f"`{name}`" for name in pressing)
         problem = f"supports leave `{case.body.name}` free to {listed(left_free(self.held, []))}: "
@@ -49,6 +49,15 @@ class Loose:
             remedy = f"a spring kept it on the way, at {known['places']} places in turn, and bears {part} now{stays}"
         label = "held by what it touches" if by else "held by nothing"
         return (diagnostic("W613", declared.at(), problem, label, remedy),)
+
+    def adrift(self, contacts: Mapping[str, Touching], u: Floats) -> str:
+        """What it is free to do in a state u (3 n,), m, in words; nothing where it is held."""
+        left = left_free(self.held, [*self._pressing(contacts, u).values()])
+        return listed(left) if left else ""
+
+    def _pressing(self, contacts: Mapping[str, Touching], u: Floats) -> dict[str, Floats]:
+        """What rigid motions do to each contact that presses (r, 6)."""
+        return {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u))}
 
     def _rows(self, contact: Any, u: Floats) -> Floats:
         """What rigid motions do to gaps of points that are pressed, and along the surface where they stick (r, 6)."""

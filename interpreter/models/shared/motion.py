@@ -360,7 +360,9 @@ def in_motion(
     must_be_followed(case, analysis)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
-    contacts = [load for load in rest.assembly.loads if load.driven]
+    driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
+    ways = [course_of_rigid(touch) for touch in case.contacts]
+    contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
         mass,
@@ -369,7 +371,7 @@ def in_motion(
         rest.fixed,
         rest.target,
         support_course(case),
-        (*(course_of(load) for load, _ in loads), *(course_of_rigid(touch) for touch in case.contacts)),
+        (*(course_of(load) for load, _ in loads), *ways),
         Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
         integrator,
         analysis.tolerance,

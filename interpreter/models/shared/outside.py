@@ -91,14 +91,31 @@ def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any
     return grounding.loose(case, mesh, parts, measured, dofs)
 
 
-def as_stiff(
-    contacts: Mapping[str, Touching], assembly: Assembly, factor: float
-) -> tuple[Mapping[str, Touching], Assembly]:
-    """Contacts, and the assembly, with barriers so many times as stiff."""
-    if factor == 1.0 or not contacts:
-        return contacts, assembly
-    stiff = stiffer(contacts, factor)
-    return stiff, _acting(assembly, stiff)
+def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+    """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
+    if solid.loose is None:
+        return (), ""
+    stiff = stiffer(solid.contacts, facts["stiffened"])
+    return solid.loose.notes(solid.declared, facts, stiff, x), solid.loose.adrift(stiff, x)
+
+
+def bare(solid: Any, factor: float) -> Assembly:
+    """What acts on a solid, with barriers so many times as stiff: without the spring that bears nothing in the end."""
+    known: Assembly = solid.assembly
+    if factor != 1.0 and solid.contacts:
+        known = _acting(known, stiffer(solid.contacts, factor))
+    return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
+
+
+def keeping(solid: Solid, x: Floats) -> Solid:
+    """The same solid, whose spring, where it has one, keeps it where a state x (dofs,), m, has it."""
+    known: Any = solid
+    if known.loose is None:
+        return solid
+    assembly = known.problem.assembly
+    internal = [*assembly.internal[:-1], replace(known.loose.spring, place=x.copy())]
+    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly.acting(internal, assembly.loads)))
+    return found
 
 
 def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touching]:
@@ -122,10 +139,14 @@ def resumed(made: Solid, before: Moved) -> Solid:
 
         known = replace(known, rubbed=before.rubbed)
         beds, contacts = (rubbing.resumed(own, before.rubbed) for own in (beds, contacts))
-    assembly = known.problem.assembly
-    internal = [*assembly.internal[: len(assembly.internal) - len(beds)], *beds.values()]
-    loads = [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()]
-    problem = replace(known.problem, assembly=assembly.acting(internal, loads))
+
+    def going_on(assembly: Assembly) -> Assembly:
+        internal = list(assembly.internal)
+        internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
+        return assembly.acting(internal, [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()])
+
+    exact = None if known.problem.exact is None else going_on(known.problem.exact)
+    problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
     found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts)
     return found
 
