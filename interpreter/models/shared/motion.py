@@ -263,16 +263,13 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
         )
     if found.loss <= LOSS:
         return ()
-    remedy = "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`"
-    if 2.0 * track.energies.get("contact", [0.0])[0] > -track.energies["drift"][-1]:
-        remedy = "barriers hold it at the start of what touches there, and let go: leave a gap, be it a micrometre"
     return (
         diagnostic(
             "W361",
             at,
             f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
             "numerical damping",
-            remedy,
+            "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
         ),
     )
 
