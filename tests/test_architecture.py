@@ -285,6 +285,7 @@ def test_listing_data_asks_no_network(tmp_path: Path) -> None:
     assert not after("list", "data", cwd=tmp_path) & {*HEAVY, "urllib.request", "http.client"}
 
 
+@pytest.mark.slow
 def test_a_scene_at_rest_imports_nothing_of_motion(tmp_path: Path) -> None:
     found = after("run", "uniaxial-stretch", cwd=tmp_path)
     assert not {m for m in found if m.startswith("softmark.solvers.dynamics")}

@@ -253,6 +253,7 @@ def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
     assert not Path(os.devnull).is_file()
 
 
+@pytest.mark.slow
 def test_a_missing_data_set_leaves_the_models_and_is_named(tmp_path: Path) -> None:
     scan = 'reference ct = surface("data:silicone-beam/truthCylinder-Deformed.obj", unit = 1 m, uncertainty = 1 mm)\n'
     gap = "probe skin = surface(beam, size = 5 mm)\nmetric gap = surface_distance(skin, against = ct)\n"

@@ -36,6 +36,7 @@ def pressed(element: str, size: float, strain: str, how: dict[str, str]) -> str:
     return PRESSED.format(element=element, size=size, strain=strain, **how)
 
 
+@pytest.mark.slow
 def test_a_state_is_what_it_is_however_it_is_reached() -> None:
     """Without friction there is one equilibrium: at once and from state to state agree to the tolerance of a state."""
     texts = [pressed("quad4, integration = selective", 2.5, "finite", how) for how in (STATES, AT_ONCE)]
@@ -49,6 +50,7 @@ def test_what_presses_is_carried() -> None:
     assert found["push"].value == pytest.approx(found["held"].value, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hundred thousand times too soft: no node is behind the sphere, and the force is the same to the gap left."""
     text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)

@@ -123,6 +123,7 @@ def test_a_run_beside_a_busy_loop_is_flagged() -> None:
     assert "shared" in quality.disturbances(record)  # two on one processor: each gets half of it
 
 
+@pytest.mark.slow
 def test_disturbed_runs_are_repeated_so_often_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three clean runs are wanted, all are disturbed, two more are allowed: five."""
     made: list[str] = []
@@ -356,6 +357,7 @@ def test_gauges_tell_what_happened_between_two_looks() -> None:
     assert all(v is None or v >= 0 for n, v in seen.items() if n != "pressure_avg10")
 
 
+@pytest.mark.slow
 def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     """A second comparison waited until the first had timed all that it had to."""
     order: list[str] = []

@@ -273,6 +273,7 @@ def test_damping_between_a_moving_support_and_the_body(
     assert path.energies["damping"][-1] > 0.01
 
 
+@pytest.mark.slow
 def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Course]) -> None:
     """x'' = 2 t + 3 cos t from rest: x = t^3/3 + 3 (1 - cos t). Error of the trapezoidal rule O(h^2)."""
     loads = [DeadForces(np.array([2.0])), DeadForces(np.array([3.0]))]

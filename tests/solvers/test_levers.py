@@ -117,6 +117,7 @@ def rounded(problem: Statics) -> Statics:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", ["corotational tets", "neo-Hookean hexahedra"])
 def test_nothing_becomes_double_on_the_way(make: str, law: Maker) -> None:
     problem = rounded(corotated(law) if make == "corotational tets" else finite(True))
