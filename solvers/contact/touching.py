@@ -16,46 +16,6 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.contact.gaps.gap import Gap, Look
-    from softmark.solvers.mesh.shape import Vector3
-
-
-@dataclass(frozen=True)
-class Sunk:
-    """Where a rigid body is whose gaps are all larger by a `depth`, m."""
-
-    posed: Callable[[float], Gap]
-    depth: float
-
-    def __call__(self, share: float) -> Gap:
-        """At a share of the load."""
-        return Less(self.posed(share), self.depth)
-
-
-@dataclass(frozen=True)
-class Less:
-    """A gap that is larger by a `depth`, m, than its own."""
-
-    own: Gap
-    depth: float
-
-    @property
-    def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m."""
-        return self.own.sharpest
-
-    @property
-    def centroid(self) -> Vector3 | None:
-        """The middle of its volume, m."""
-        return self.own.centroid
-
-    def gap(self, X: Floats) -> Floats:
-        """At points X (n, 3), m."""
-        return self.own.gap(X) + self.depth
-
-    def look(self, X: Floats) -> Look:
-        """With what is the same."""
-        g, n, H = self.own.look(X)
-        return g + self.depth, n, H
 
 
 @dataclass(frozen=True)
@@ -79,7 +39,7 @@ class Touching(Energy):
     facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
     conservative: bool = True
     earlier: Gap | None = None  # the rigid body in the state that is started from
-    sunk: Floats | float = 0.0  # (m,) m, by how much gaps are larger: of what touches when a motion begins
+    sunk: Floats | float = 0.0  # (m,) m, by how much gaps are larger: of what touches at first, and of soft barriers
 
     @cached_property
     def stencils(self) -> Ints:
@@ -108,7 +68,7 @@ class Touching(Energy):
     def add_towed(self, x: Floats, to: Gap, change: Floats) -> None:
         """Add how the gradient changes (dofs,), N, to first order, where the body goes `to` a place and nodes stay."""
         g, n, _ = self.look(x)
-        moved = to.gap(self.places(x)) - g
+        moved = to.gap(self.places(x)) + self.sunk - g
         self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
 
     def spread(self, push: Floats, g: Floats) -> None:
@@ -135,8 +95,7 @@ class Touching(Energy):
         if soft == 1.0:
             return self
         d = self.barrier.distance
-        posed = Sunk(self.posed, d / soft - d)
-        return replace(self, barrier=replace(self.barrier, distance=d / soft), posed=posed)
+        return replace(self, barrier=replace(self.barrier, distance=d / soft), sunk=self.sunk + (d / soft - d))
 
     def places(self, x: Floats) -> Floats:
         """Where its nodes are (m, 3), m; of a slice in its plane."""
