@@ -124,16 +124,13 @@ class Principal:
 
 
 @dataclass(frozen=True)
-class Afloat(Touching):
+class Afloat(Inner):
     """Touching of a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, seen from the body at y_p.
 
     Moments are those about the body's own axes where they are, as the equations of what turns take them; the tangent is
     their derivative by the unknowns, and so not symmetric.
     """
 
-    of: Any = None  # (p, a) nodes
-    shares: Any = None  # (p, a)
-    at_rest: Any = None  # (p, 3) m
     chart: Any = None  # Bodies
     which: int = 0
 
@@ -146,31 +143,23 @@ class Afloat(Touching):
     @cached_property
     def stencils(self) -> Ints:
         """Degrees of freedom of the nodes of each point, and of the body (p, 3 a + 6)."""
-        own = (3 * self.of[:, :, None] + np.arange(3)).reshape(len(self.of), -1)
-        body = np.broadcast_to(self.free.first + np.arange(6), (len(own), 6))
-        return np.hstack([own, body])
-
-    def spots(self, x: Floats) -> Floats:
-        """Where its points are in space (p, 3), m."""
-        u = np.asarray(x, dtype=np.float64)[self.stencils[:, :-6]].reshape(len(self.of), -1, 3)
-        found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
-        return found
+        body = np.broadcast_to(self.free.first + np.arange(6), (len(self.of), 6))
+        return np.hstack([self.carried, body])
 
     def places(self, x: Floats) -> Floats:
         """Where they are as seen from the body, about its axes (p, 3), m."""
-        found: Floats = (self.spots(x) - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
+        found: Floats = (super().places(x) - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
     def pushes(self, x: Floats) -> Floats:
         """What the body does to its points, in space (p, 3), N."""
-        g, n, _ = self.look(x)
-        found: Floats = (self.A * self.barrier.pressure(g))[:, None] * n @ self.chart.axes(self.which, x).T
+        found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces on nodes and body, N, and the moment on this about its own axes, N m."""
         push, first = scale * self.pushes(x), self.free.first
-        np.add.at(g, self.stencils[:, :-6], -(self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
+        self.spread(-push, g)
         own = push @ self.chart.axes(self.which, x)
         g[first : first + 3] += push.sum(axis=0)
         g[first + 3 : first + 6] -= np.cross(own, self.places(x)).sum(axis=0)
@@ -210,12 +199,10 @@ class Afloat(Touching):
 
 def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
     """A contact whose rigid body is free, where it was one that stayed."""
-    known = {f.name: getattr(touching, f.name) for f in fields(Touching)}
+    known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = Principal(whole, body.middle, body.axes)
-    if isinstance(touching, Inner):
-        points = {"of": touching.of, "shares": touching.shares, "at_rest": touching.at_rest}
-    else:
-        count = len(touching.nodes)
-        points = {"of": touching.nodes[:, None], "shares": np.ones((count, 1)), "at_rest": touching.X}
-    return Afloat(**known | points | {"posed": lambda share: seen}, chart=chart, which=which)
+    if not isinstance(touching, Inner):
+        ones = np.ones((len(touching.nodes), 1))
+        known |= {"of": touching.nodes[:, None], "shares": ones, "at_rest": touching.X}
+    return Afloat(**known | {"posed": lambda share: seen}, chart=chart, which=which)

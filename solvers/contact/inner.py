@@ -37,14 +37,19 @@ class Inner(Touching):
     at_rest: Any = None  # (p, 3) m
 
     @cached_property
-    def stencils(self) -> Ints:
+    def carried(self) -> Ints:
         """Three degrees of freedom of each node of each point (p, 3 a)."""
         found: Ints = (3 * self.of[:, :, None] + np.arange(3)).reshape(len(self.of), -1)
         return found
 
+    @property
+    def stencils(self) -> Ints:
+        """These."""
+        return self.carried
+
     def places(self, x: Floats) -> Floats:
         """Where its points are (p, 3), m; of a slice in its plane."""
-        u = np.asarray(x, dtype=np.float64)[self.stencils].reshape(*self.of.shape, 3)
+        u = np.asarray(x, dtype=np.float64)[self.carried].reshape(*self.of.shape, 3)
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
@@ -57,7 +62,7 @@ class Inner(Touching):
 
     def spread(self, push: Floats, g: Floats) -> None:
         """Add forces on its points (p, 3), N, to those on degrees of freedom (dofs,), by their shares."""
-        np.add.at(g, self.stencils, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
+        np.add.at(g, self.carried, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
 
     def presses(self, x: Floats, nodes: int) -> Floats:
         """How hard it presses at all nodes (nodes,), N: on each point, by its shares."""
