@@ -61,13 +61,41 @@ class Slip:
     """How nodes stand to their anchors.
 
     `s` (m, 3) is their way from them along the surface, m, `size` (m,) its length, `t` (m,) the traction against it,
-    Pa, and `slides` (m,) whether that is all that friction bears.
+    Pa, and `slides` (m,) whether that is all that friction bears, of a `spring`, Pa/m.
     """
 
     s: Floats
     size: Floats
     t: Floats
     slides: Bools
+    spring: Floats | float
+
+    @classmethod
+    def of(cls, s: Floats, most: Floats, spring: Floats | float) -> Slip:
+        """What springs make of ways s (m, 3), m, up to the `most` (m,), Pa."""
+        size = np.linalg.norm(s, axis=1)
+        elastic = spring * size
+        return cls(s, size, np.minimum(elastic, most), elastic > most, spring)
+
+    def along(self, f: Floats) -> Floats:
+        """Sizes f (m,) along their ways (m, 3)."""
+        found: Floats = (f / np.maximum(self.size, TINY))[:, None] * self.s
+        return found
+
+    @property
+    def stretched(self) -> Floats:
+        """By how much springs are (m,), m."""
+        return self.t / self.spring
+
+    @property
+    def slid(self) -> Floats:
+        """How far nodes have slid since they last stuck (m,), m."""
+        return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
+
+    @property
+    def energy(self) -> Floats:
+        """Of a lag (m,), J/m^2: what springs store, and what slips against it."""
+        return self.t * (self.size - 0.5 * self.stretched)
 
 
 @dataclass(frozen=True)
@@ -154,13 +182,12 @@ class Rubbing(Touching):
     def slip(self, x: Floats) -> Slip:
         """How its nodes stand to their anchors in a state."""
         g, n, _ = self.look(x)
-        return self._slip(self.way(x, n)[1], self.friction * self.barrier.pressure(g))
+        return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
 
     def settled(self, x: Floats) -> Floats:
         """The anchors that a state leaves (m, 3), m: what slid has taken them along, and what is apart has none."""
         slip = self.slip(x)
-        kept = np.where(slip.size > TINY, slip.t / (self.spring * np.maximum(slip.size, TINY)), 0.0)
-        return self.pose.back(self.places(x) - kept[:, None] * slip.s)
+        return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
     def holding(self, anchors: Floats) -> Rubbing:
         """The same from other anchors (m, 3), m, on."""
@@ -179,13 +206,12 @@ class Rubbing(Touching):
 
     def slid(self, x: Floats) -> Floats:
         """How far each node has slid since the anchors were taken (m,), m."""
-        slip = self.slip(x)
-        return np.where(slip.t > 0.0, np.maximum(slip.size - slip.t / self.spring, 0.0), 0.0)
+        return self.slip(x).slid
 
     def lost(self, x: Floats) -> float:
         """What friction has turned into heat since the anchors were taken, J: never negative."""
         slip = self.slip(x)
-        return float(self.A @ (slip.t * np.maximum(slip.size - slip.t / self.spring, 0.0)))
+        return float(self.A @ (slip.t * slip.slid))
 
     def pushes(self, x: Floats) -> Floats:
         """What the rigid body does to the nodes (m, 3), N."""
@@ -198,8 +224,7 @@ class Rubbing(Touching):
         found = super().value(x)
         if self.lag is None:
             return found
-        slip = self._slip(self.way(x, self.lag.n)[1], self.lag.most)
-        return found + float(self.A @ (slip.t * (slip.size - 0.5 * slip.t / self.spring)))
+        return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
@@ -210,7 +235,7 @@ class Rubbing(Touching):
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
         d, s = self.way(x, n)
-        slip = self._slip(s, most)
+        slip = Slip.of(s, most, self.spring)
         blocks = np.eye(3) - n[:, :, None] * n[:, None, :]
         if self.lag is None and not projected:
             blocks = blocks - n[:, :, None] * np.einsum("mi,mij->mj", d, H)[:, None, :]
@@ -239,15 +264,8 @@ class Rubbing(Touching):
         """Against slip, (m, 3), Pa."""
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
-        _, s = self.way(x, n)
-        slip = self._slip(s, most)
-        found: Floats = (slip.t / np.maximum(slip.size, TINY))[:, None] * s
-        return found
-
-    def _slip(self, s: Floats, most: Floats) -> Slip:
-        size = np.linalg.norm(s, axis=1)
-        elastic = self.spring * size
-        return Slip(s, size, np.minimum(elastic, most), elastic > most)
+        slip = Slip.of(self.way(x, n)[1], most, self.spring)
+        return slip.along(slip.t)
 
 
 def rubbing(touching: Touching, friction: float, carries: Callable[[float], Pose]) -> Rubbing:

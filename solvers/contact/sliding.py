@@ -60,10 +60,7 @@ class Hold:
 
     def slip(self, x: Floats, friction: float) -> Slip:
         """How samples stand to where they last stuck; `t` is in N."""
-        s, most = self.way(x), friction * self.N
-        size = np.linalg.norm(s, axis=1)
-        elastic = self.spring * size
-        return Slip(s, size, np.minimum(elastic, most), elastic > most)
+        return Slip.of(self.way(x), friction * self.N, self.spring)
 
 
 @dataclass(frozen=True)
@@ -166,15 +163,13 @@ class Sliding(Wandering):
         """What a state leaves: to the next one, how far samples have slid in it (p,), m, and the heat, J."""
         hold, skin = self.hold(x), self.skin
         slip = hold.slip(x, self.friction)
-        elastic = slip.t / hold.spring
-        slid = np.where(slip.t > 0.0, np.maximum(slip.size - elastic, 0.0), 0.0)
         s, n = np.zeros((2, skin.points, skin.X.shape[1]))
-        s[hold.which] = (elastic / np.maximum(slip.size, TINY))[:, None] * slip.s
+        s[hold.which] = slip.along(slip.stretched)
         n[hold.which] = hold.n
-        all_slid = np.zeros(skin.points)
-        all_slid[hold.which] = slid
+        slid = np.zeros(skin.points)
+        slid[hold.which] = slip.slid
         u = np.array(x, dtype=np.float64)[: skin.M.shape[1]]
-        return Since(u, s, n), all_slid, float(slip.t @ slid)
+        return Since(u, s, n), slid, float(slip.t @ slip.slid)
 
     # ------------------------------------------------------------------ energy
 
@@ -183,15 +178,14 @@ class Sliding(Wandering):
         found = self.pressing.value(x)
         if self.lag is None or not np.isfinite(found):
             return found
-        slip = self.lag.slip(x, self.friction)
-        return found + float(slip.t @ (slip.size - 0.5 * slip.t / self.lag.spring))
+        return found + float(self.lag.slip(x, self.friction).energy.sum())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces on all nodes, N."""
         self.pressing.add_gradient(x, g, scale)
         hold = self.lag or self.hold(x)
         slip = hold.slip(x, self.friction)
-        f = hold.W.T @ ((slip.t / np.maximum(slip.size, TINY))[:, None] * slip.s).ravel()
+        f = hold.W.T @ slip.along(slip.t).ravel()
         g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
