@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from softmark.solvers.contact.gaps.gap import inside
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.energy import Floats
@@ -36,6 +37,6 @@ def passed(contact: Touching, before: Floats, x: Floats) -> float:
                            for a, b in ((start.shift, end.shift), (start.rotation, end.rotation)))  # fmt: skip
         pose = Pose(tuple(shift.tolist()), tuple(rotation.tolist()), end.about)
         deepest = min(deepest, float(Posed(own, pose).gap((1.0 - share) * first + share * last).min()))
-    inner = np.inf if own.centroid is None else max(0.0, -float(own.gap(np.array([own.centroid]))[0]))
+    inner = inside(own)
     allowed = max(DEEP * inner, WIDE * travel) if pressed else APART * min(inner, travel)
     return -deepest if -deepest > allowed else 0.0

@@ -7,13 +7,12 @@ surface, and whole steps lead there from anywhere near; the stiff one then has l
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from softmark.solvers.contact.gaps.gap import inside
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.problem import NotConverged
 
@@ -45,13 +44,10 @@ def hardened(newton: Newton, x: Floats, load: float) -> Floats:
 def _softest(assembly: Assembly) -> float:
     """The first part: so soft that nothing comes behind the middle of a rigid body, and out at the other side."""
     each: list[Any] = [e for e in assembly.loads if e.driven]
-    found = SOFTEST
-    for e in each:
-        middle = e.body.centroid
-        if middle is not None:
-            inner = max(0.0, -float(e.body.gap(np.array([middle]))[0]))
-            found = max(found, e.barrier.distance / max(BEHIND * inner, e.barrier.distance / SOFT))
-    return found
+    softest: Iterator[float] = (
+        e.barrier.distance / max(BEHIND * inside(e.body), e.barrier.distance / SOFT) for e in each
+    )
+    return max((SOFTEST, *softest))
 
 
 def in_steps(newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]) -> Floats:

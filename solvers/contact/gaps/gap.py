@@ -1,4 +1,4 @@
-"""What may be asked of the gap to a rigid shape.
+"""What may be asked of the gap to a rigid shape, and of any gap: how deep its middle is.
 
 Where a gap has no gradient, which is on sharp edges and tips themselves and inside at equal distance from two parts of
 the surface, `look` gives the normal of one of them (of an edge or a tip, one between those of its faces) and a Hessian
@@ -8,6 +8,8 @@ of zero there: values are finite everywhere. Next to a sharp edge, at a distance
 from __future__ import annotations
 
 from typing import Protocol
+
+import numpy as np
 
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Vector3
@@ -31,3 +33,9 @@ class Gap(Protocol):
 
     def look(self, X: Floats) -> Look:
         """At points X (n, 3), m: the gap, its gradient, which is the outward normal, and its Hessian."""
+
+
+def inside(gap: Gap) -> float:
+    """How deep the middle of its volume is, m: inf of one without end, 0 where that is in a hollow."""
+    middle = gap.centroid
+    return np.inf if middle is None else max(0.0, -float(gap.gap(np.array([middle]))[0]))
