@@ -167,20 +167,19 @@ def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
     return past_of(contacts, u, before)
 
 
-def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any) -> Carried:
-    """What acts on a solid, with what rigid bodies do to it, and with what rubs."""
+def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed: Past) -> Carried:
+    """What acts on a solid, with what rigid bodies do to it, and with what friction remembers of the state."""
     if contacts:
         from softmark.interpreter.models.answers import carried
 
         found = carried.touched(found, contacts, solid.pieces[0].case)
-    each = {**solid.beds, **contacts}
-    rubbed = past(each, found.u.ravel(), solid.rubbed)
     if not rubbed:
         return found
     from softmark.interpreter.models.shared.rubbing import slid, slipped
 
-    touches = {n: slipped(t, contacts[n], found.u.ravel(), rubbed.get(n)) for n, t in found.touches.items()}
-    touches |= {n: slid(each[n], found.u.ravel(), rubbed[n]) for n in rubbed if n not in touches}
+    u = found.u.ravel()
+    touches = {n: slipped(t, contacts[n], u, rubbed.get(n)) for n, t in found.touches.items()}
+    touches |= {n: slid(solid.beds[n], u, own) for n, own in rubbed.items() if n not in touches}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 
