@@ -96,7 +96,8 @@ def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnos
     if solid.loose is None:
         return (), ""
     stiff = stiffer(solid.contacts, facts["stiffened"])
-    return solid.loose.notes(solid.declared, facts, stiff, x), solid.loose.adrift(stiff, x)
+    note, adrift = solid.loose.kept(solid.declared, facts["grounded"], stiff, x)
+    return (note,), adrift
 
 
 def bare(solid: Any, factor: float) -> Assembly:
