@@ -103,7 +103,7 @@ def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnos
 def bare(solid: Any, factor: float) -> Assembly:
     """What acts on a solid, with barriers so many times as stiff: without the spring that bears nothing in the end."""
     known: Assembly = solid.assembly
-    if factor != 1.0 and solid.contacts:
+    if factor != 1.0:
         known = _acting(known, stiffer(solid.contacts, factor))
     return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
 
@@ -126,11 +126,12 @@ def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touchi
 
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
     """The assembly with these contacts in place of its own, which are the last of the loads."""
-    return assembly.acting(assembly.internal, [*assembly.loads[: -len(contacts)], *contacts.values()])
+    plain = assembly.loads[: len(assembly.loads) - len(contacts)]
+    return assembly.acting(assembly.internal, [*plain, *contacts.values()])
 
 
 def resumed(made: Solid, before: Moved) -> Solid:
-    """The same, whose contacts know where their rigid bodies were in the state before."""
+    """The same, whose contacts know where their rigid bodies were in the state before, and what friction left there."""
     known: Any = made  # a dataclass with a problem, its beds and its contacts
     if not (before.beside or before.rubbed):
         return made
@@ -144,7 +145,7 @@ def resumed(made: Solid, before: Moved) -> Solid:
     def going_on(assembly: Assembly) -> Assembly:
         internal = list(assembly.internal)
         internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
-        return assembly.acting(internal, [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()])
+        return _acting(assembly.with_internal(internal), contacts)
 
     exact = None if known.problem.exact is None else going_on(known.problem.exact)
     problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
