@@ -25,7 +25,7 @@ class Hertz(Reference):
     `symmetric` planes may go through the axis. A law of large strain has its small-strain moduli. By how much the force
     may be off for a depth that is not small, for the thickness and for free sides is in the report (`off`), and said
     with every answer beyond 5 %; half the thickness or the width is refused. Metrics `displacement`, `force`,
-    `contact_area` and `contact_pressure` may be held against it.
+    `contact_area`, `contact_pressure` and `pressure_along` may be held against it.
     Source: Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, ch. 4.
     """
 

@@ -23,8 +23,8 @@ class HertzLine(Reference):
     Displacements of points are not told. By how much Hertz's pressure differs from that of the strip is in the
     report (`off`), with the order of what a depth that is not small and free sides make of the force.
 
-    It takes a rectangle in `plane_strain`, and otherwise what `hertz` takes. Metrics `force`, `contact_area` and
-    `contact_pressure` may be held against it.
+    It takes a rectangle in `plane_strain`, and otherwise what `hertz` takes. Metrics `force`, `contact_area`,
+    `contact_pressure` and `pressure_along` may be held against it.
     Source: Hertz 1882, J. reine angew. Math. 92, 156-171; Johnson 1985, Contact mechanics, 4.2 and 5.8.
     """
 

@@ -70,8 +70,8 @@ class PressedLayer(Reference):
     left out; how much the force may be off for a side that is near and a depth that is not small is in the report
     (`off`).
 
-    It takes what `hertz` takes but cylinders. Metrics `force`, `contact_area` and `contact_pressure` may be held
-    against it.
+    It takes what `hertz` takes but cylinders. Metrics `force`, `contact_area`, `contact_pressure` and
+    `pressure_along` may be held against it.
     Source: Lebedev and Ufliand 1958, PMM 22, 442-450; Hayes, Keer, Herrmann and Mockros 1972, J. Biomech. 5, 541-551.
     """
 

@@ -23,7 +23,8 @@ class Sneddon(Reference):
 
     It takes what `hertz` takes, with one rigid cone or flat round punch whose axis is normal to the face. Cones that
     are sharp strain the body by much; how much the force may be off is in the report (`off`) but for that.
-    Metrics `displacement`, `force` and `contact_area` may be held against it.
+    Metrics `displacement`, `force`, `contact_area` and, beside the tip and the edge, `pressure_along` may be held
+    against it.
     Source: Sneddon 1965, Int. J. Eng. Sci. 3, 47-57; Boussinesq 1885; Love 1939, Quart. J. Math. 10, 161.
     """
 

@@ -36,11 +36,11 @@ MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a wh
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Of contacts, and of what else is declared about rigid bodies."""
-    for declared in scene.of_kind("contact").values():
-        if isinstance(declared.thing, Between):
-            yield from _between(scene, declared)
-    between = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between)]
-    yield from _twice(list(scene.of_kind("contact").values()))
+    contacts = list(scene.of_kind("contact").values())
+    between = [c for c in contacts if isinstance(c.thing, Between)]
+    for contact in between:
+        yield from _between(scene, contact)
+    yield from _twice(contacts)
     named = {c.thing.rigid for c in between}
     sure = bool(named) and all(rigid(scene.declared[name]) for name in named)  # else it may be the other that is meant
     for body in scene.of_kind("rigid").values():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.contact import OfContact
 from softmark.interpreter.metrics.curves import Course
@@ -85,7 +85,7 @@ class PressureAlong(OfContact):
 
     def at_points(self, X: Floats) -> OfContact:
         """The same of these points, as errors are stated of it."""
-        return _At(self, X)
+        return _At(self.of, self.probe, self.against, X)
 
     def acting(self, rest: AtRest) -> float:
         """The largest pressure of all contacts, Pa."""
@@ -98,21 +98,12 @@ class PressureAlong(OfContact):
         return float(np.abs(value).max(initial=0.0))
 
 
-class _At(OfContact):
+@dataclass(frozen=True)
+class _At(PressureAlong):
     """A metric at points X (n, 3), m."""
 
-    def __init__(self, whole: PressureAlong, X: Floats) -> None:
-        self.whole, self.X, self.of, self.natural = whole, X, whole.of, whole.natural  # type: ignore[misc]
-        self.against = whole.against
+    X: Any = None
 
     def amount(self, rest: AtRest) -> Floats:
         """(n,), Pa."""
-        return self.whole.amount_at(rest, self.X)
-
-    def size(self, value: Floats) -> float:
-        """As of the whole."""
-        return self.whole.size(value)
-
-    def acting(self, rest: AtRest) -> float:
-        """The largest pressure of all contacts, Pa."""
-        return self.whole.acting(rest)
+        return self.amount_at(rest, self.X)

@@ -112,14 +112,10 @@ class Case:
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
-    def rubbed(self) -> bool:
-        """Whether friction may hold it: only its equilibrium can tell."""
-        return any(touch.thing.friction for touch in self.contacts)
-
-    @property
     def remembered(self) -> bool:
         """Whether friction makes a state depend on those before it."""
-        return self.rubbed or any(getattr(pair.thing, "friction", 0.0) for pair in self.pairs)
+        each = (*(touch.declared for touch in self.contacts), *self.pairs)
+        return any(getattr(own.thing, "friction", 0.0) for own in each)
 
     @property
     def named_supports(self) -> tuple[Declared, ...]:

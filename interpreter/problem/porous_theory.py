@@ -135,8 +135,8 @@ def _vector(declared: Declared) -> Vector:
     """What a support or a load does: displacement, m, of what it moves, or traction, Pa. Raises Refused."""
     thing = in_full(declared.thing)
     if declared.kind == "support":
-        moved: Vector = thing.imposed
-        return moved
+        shift: Vector = thing.imposed
+        return shift
     if not isinstance(thing.action, PerArea):
         raise Refused(f"the load `{declared.name}` is no traction", DRIVE)
     return thing.action.traction

@@ -50,11 +50,7 @@ def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
 def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool) -> tuple[Floats, Ints]:
     """What z = 0 cuts out of the surface of a shape, over a span of z, m; all of it, or the half with x >= 0."""
     lines = _lines(X, triangles)
-    lines = _beside_axis(lines) if half else lines
-    small = SHORT * float(np.ptp(X, axis=0).max())
-    P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
-    P, ends = P * small, ends.reshape(-1, 2)
-    ends = ends[ends[:, 0] != ends[:, 1]]
+    P, ends = _joined(_beside_axis(lines) if half else lines, X)
     if len(P) < 3:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     flat, n = _filled(P, shape), len(P)
@@ -76,6 +72,14 @@ def _lines(X: Floats, triangles: Ints) -> Floats:
     turned = ~above[np.arange(len(alone)), alone]
     lines[turned] = lines[turned][:, ::-1]
     return lines
+
+
+def _joined(lines: Floats, X: Floats) -> tuple[Floats, Ints]:
+    """Points (n, 2), m, and the ends (k, 2) among them of lines (k, 2, 2) that a surface with points X leaves."""
+    small = SHORT * float(np.ptp(X, axis=0).max())
+    P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    return P * small, ends[ends[:, 0] != ends[:, 1]]
 
 
 def _passing(a: Floats, b: Floats) -> Floats:
@@ -123,11 +127,7 @@ def sharp(X: Floats, triangles: Ints) -> Floats:
 
 def sharp_in_section(X: Floats, triangles: Ints) -> Floats:
     """Points (n, 3), z = 0, of the section of a closed surface where its border has corners that point outward, m."""
-    lines = _lines(X, triangles)
-    small = SHORT * float(np.ptp(X, axis=0).max())
-    P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
-    P, ends = P * small, ends.reshape(-1, 2)
-    ends = ends[ends[:, 0] != ends[:, 1]]
+    P, ends = _joined(_lines(X, triangles), X)
     if not len(ends):
         return np.zeros((0, 3))
     way = P[ends[:, 1]] - P[ends[:, 0]]

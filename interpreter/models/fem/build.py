@@ -202,19 +202,19 @@ class PreparedSolid(OnMesh):
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        return replace(seen, carried=cache(lambda: self._carried(found.x, x, stiffer)))
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x, stiffer, met["rubbed"])))
 
     def mass(self) -> Any:
         """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
-    def _carried(self, state: Floats, u: Floats, stiffer: float) -> carried.Carried:
+    def _carried(self, state: Floats, u: Floats, stiffer: float, rubbed: Past) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         beside, assembly = outside.stiffer(self.contacts, stiffer), outside.bare(self, stiffer)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
-        return outside.touched(found, beside, self)
+        return outside.touched(found, beside, self, rubbed)
 
     def _other_linear(self, found: Equilibrium) -> str:
         """That Pardiso was asked for and could not be had."""

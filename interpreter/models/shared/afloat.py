@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from softmark.interpreter.models.shared.motion import MOMENTS, PreparedMotion, course_of
+from softmark.interpreter.models.shared.motion import MOMENTS, PreparedMotion, course_of, kept_of
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.results.thinning import picked
@@ -54,8 +54,7 @@ class MotionBeside(PreparedMotion):
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
         """With how rigid bodies have moved."""
-        found, last = super()._finish(track, every), len(track.observed) - 1
-        kept = [i for i in range(last + 1) if i % every == 0 or i == last]
+        found, kept = super()._finish(track, every), kept_of(track, every)
         kept = [kept[i] for i in picked(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
         each = {name: _told(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}

@@ -32,32 +32,27 @@ class Loose:
     held: Held
     spring: Ground
 
-    def notes(self, declared: Declared, facts: Mapping[str, Any], contacts: Mapping[str, Touching], u: Floats) -> tuple[
-        Diagnostic, ...
-    ]:  # fmt: skip
-        """What holds it in a state u (3 n,), m, what the spring bears of it, and what nothing holds."""
-        case, known = self.held.case, facts["grounded"]
-        pressing = self._pressing(contacts, u)
+    def kept(
+        self, declared: Declared, known: Mapping[str, Any], contacts: Mapping[str, Touching], u: Floats
+    ) -> tuple[Diagnostic, str]:
+        """What holds it in a state u (3 n,), m, and what the spring, `known` of it, bears; what it is free to do still.
+
+        The latter in words, or nothing where it is held.
+        """
+        case = self.held.case
+        pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u))}
         left = left_free(self.held, [*pressing.values()])
+        adrift = listed(left) if left else ""
         by = " and ".join(f"`{name}`" for name in pressing)
         problem = f"supports leave `{case.body.name}` free to {listed(left_free(self.held, []))}: "
         problem += f"{by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
-        stays = f"; free to {listed(left)} still, it stays where it was" if left else ""
+        stays = f"; free to {adrift} still, it stays where it was" if adrift else ""
         remedy = "a spring keeps it where it is; what is to hold it must come nearer"
         if by:
             part = f"{known['bears']:.1g} of the forces" if known["bears"] else "nothing"
             remedy = f"a spring kept it on the way, at {known['places']} places in turn, and bears {part} now{stays}"
         label = "held by what it touches" if by else "held by nothing"
-        return (diagnostic("W613", declared.at(), problem, label, remedy),)
-
-    def adrift(self, contacts: Mapping[str, Touching], u: Floats) -> str:
-        """What it is free to do in a state u (3 n,), m, in words; nothing where it is held."""
-        left = left_free(self.held, [*self._pressing(contacts, u).values()])
-        return listed(left) if left else ""
-
-    def _pressing(self, contacts: Mapping[str, Touching], u: Floats) -> dict[str, Floats]:
-        """What rigid motions do to each contact that presses (r, 6)."""
-        return {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u))}
+        return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
     def _rows(self, contact: Any, u: Floats) -> Floats:
         """What rigid motions do to gaps of points that are pressed, and along the surface where they stick (r, 6)."""

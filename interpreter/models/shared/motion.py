@@ -125,8 +125,7 @@ class PreparedMotion:
         return found
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
-        step, last = self.analysis.step, len(track.observed) - 1
-        kept = [i for i in range(len(track.observed)) if i % every == 0 or i == last]
+        step, kept = self.analysis.step, kept_of(track, every)
         shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
         history = History(
             track.times[kept],
@@ -177,6 +176,12 @@ class PreparedMotion:
 
     def _mesh_facts(self) -> dict[str, Any]:
         return {} if self.mesh is None else mesh_facts(self.mesh)
+
+
+def kept_of(track: Trajectory, every: int) -> list[int]:
+    """Which states of a march are kept: every so many, and the last."""
+    last = len(track.observed) - 1
+    return [i for i in range(last + 1) if i % every == 0 or i == last]
 
 
 def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:

@@ -96,13 +96,14 @@ def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnos
     if solid.loose is None:
         return (), ""
     stiff = stiffer(solid.contacts, facts["stiffened"])
-    return solid.loose.notes(solid.declared, facts, stiff, x), solid.loose.adrift(stiff, x)
+    note, adrift = solid.loose.kept(solid.declared, facts["grounded"], stiff, x)
+    return (note,), adrift
 
 
 def bare(solid: Any, factor: float) -> Assembly:
     """What acts on a solid, with barriers so many times as stiff: without the spring that bears nothing in the end."""
     known: Assembly = solid.assembly
-    if factor != 1.0 and solid.contacts:
+    if factor != 1.0:
         known = _acting(known, stiffer(solid.contacts, factor))
     return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
 
@@ -125,11 +126,12 @@ def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touchi
 
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
     """The assembly with these contacts in place of its own, which are the last of the loads."""
-    return assembly.acting(assembly.internal, [*assembly.loads[: -len(contacts)], *contacts.values()])
+    plain = assembly.loads[: len(assembly.loads) - len(contacts)]
+    return assembly.acting(assembly.internal, [*plain, *contacts.values()])
 
 
 def resumed(made: Solid, before: Moved) -> Solid:
-    """The same, whose contacts know where their rigid bodies were in the state before."""
+    """The same, whose contacts know where their rigid bodies were in the state before, and what friction left there."""
     known: Any = made  # a dataclass with a problem, its beds and its contacts
     if not (before.beside or before.rubbed):
         return made
@@ -143,7 +145,7 @@ def resumed(made: Solid, before: Moved) -> Solid:
     def going_on(assembly: Assembly) -> Assembly:
         internal = list(assembly.internal)
         internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
-        return assembly.acting(internal, [*assembly.loads[: len(assembly.loads) - len(contacts)], *contacts.values()])
+        return _acting(assembly.with_internal(internal), contacts)
 
     exact = None if known.problem.exact is None else going_on(known.problem.exact)
     problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
@@ -167,20 +169,19 @@ def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
     return past_of(contacts, u, before)
 
 
-def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any) -> Carried:
-    """What acts on a solid, with what rigid bodies do to it, and with what rubs."""
+def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed: Past) -> Carried:
+    """What acts on a solid, with what rigid bodies do to it, and with what friction remembers of the state."""
     if contacts:
         from softmark.interpreter.models.answers import carried
 
         found = carried.touched(found, contacts, solid.pieces[0].case)
-    each = {**solid.beds, **contacts}
-    rubbed = past(each, found.u.ravel(), solid.rubbed)
     if not rubbed:
         return found
     from softmark.interpreter.models.shared.rubbing import slid, slipped
 
-    touches = {n: slipped(t, contacts[n], found.u.ravel(), rubbed.get(n)) for n, t in found.touches.items()}
-    touches |= {n: slid(each[n], found.u.ravel(), rubbed[n]) for n in rubbed if n not in touches}
+    u = found.u.ravel()
+    touches = {n: slipped(t, contacts[n], u, rubbed.get(n)) for n, t in found.touches.items()}
+    touches |= {n: slid(solid.beds[n], u, own) for n, own in rubbed.items() if n not in touches}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 

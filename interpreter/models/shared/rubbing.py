@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from softmark.interpreter.results.reactions import Friction, Touch
 from softmark.records import dataclass
 from softmark.solvers.contact.colliding import HALF
@@ -44,15 +42,16 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
     """Of every contact with friction, after the displacements u (dofs,), m."""
     found = {}
     for name, contact in contacts.items():
-        earlier = before.get(name)
+        anchors: Any
         if isinstance(contact, Sliding):
-            since, now, lost = contact.settled(u)
-            slid, work = (0.0 * now, 0.0) if earlier is None else (earlier.slid, earlier.work)
-            found[name] = Rubbed(since, slid + now, work + lost, lost)
+            anchors, slid, lost = contact.settled(u)
         elif isinstance(contact, Rubbing):
-            slid, lost = contact.slid(u), contact.lost(u)
-            known = (np.zeros_like(slid), 0.0) if earlier is None else (earlier.slid, earlier.work)
-            found[name] = Rubbed(contact.settled(u), known[0] + slid, known[1] + lost, lost)
+            anchors, slid, lost = contact.settled(u), contact.slid(u), contact.lost(u)
+        else:
+            continue
+        earlier = before.get(name)
+        way, work = (0.0, 0.0) if earlier is None else (earlier.slid, earlier.work)
+        found[name] = Rubbed(anchors, way + slid, work + lost, lost)
     return found
 
 
