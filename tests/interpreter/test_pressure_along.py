@@ -19,6 +19,7 @@ from softmark.interpreter.problem.theories import solved
 from softmark.interpreter.report.run.html import render
 from softmark.solvers.mesh.instruments import Punch, RoundedBox
 from softmark.solvers.mesh.revolved import Cone
+from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
@@ -103,8 +104,8 @@ def test_no_limit_is_known_of_nothing() -> None:
     ("shape", "count"),
     [(Sphere(1.0), 0), (Punch(1.0, 0.2, 3.0), 0), (RoundedBox((1.0, 1.0, 1.0), 0.2), 0)],
 )
-def test_what_is_round_has_no_sharp_points(shape: object, count: int) -> None:
-    assert len(sharp(*surface_in_space(shape, np.zeros((1, 3))))) == count  # type: ignore[arg-type]
+def test_what_is_round_has_no_sharp_points(shape: Shape, count: int) -> None:
+    assert len(sharp(*surface_in_space(shape, np.zeros((1, 3))))) == count
 
 
 def test_sharp_points_are_on_rims_edges_and_tips() -> None:
