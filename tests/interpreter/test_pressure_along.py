@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -71,6 +72,17 @@ def test_it_is_held_against_a_theory_and_drawn_beside_it() -> None:
     assert off.unit == "1"
     page = render(report)
     assert page.count("pressure along top</title>") == 1  # of both metrics one chart, with the theory
+
+
+def test_every_line_has_a_chart_with_all_that_it_is_held_against() -> None:
+    """Two theories of one line are both in its chart; a chart of another line has a name of its own."""
+    known = AGAINST.format(theory="hertz") + "reference other = pressed_layer(block)\n"
+    known += "metric miss = pressure_along(touch, probe = top, against = other)\n"
+    known += "probe short = line(block, from = (0, 0, 0) mm, to = (4, 0, 0) mm, points = 5)\n"
+    page = render(loads(text(BALL, 0.5) + known + "metric q = pressure_along(touch, probe = short)\n").run())
+    descs = dict(re.findall(r'<desc id="(along-[^"]*)">(.*?)</desc>', page))
+    assert len(descs) == page.count('<desc id="along-') == 2
+    assert all(f"{name}: at most" in next(iter(descs.values())) for name in ("theory", "other", "quads"))
 
 
 def test_points_beside_the_surface_are_told() -> None:
