@@ -207,3 +207,12 @@ def test_rigid_bodies_are_files_of_their_own(ball: Report, tmp_path: Path) -> No
         mesh = meshio.read(tmp_path / "vtu" / f"hexes-tool-{i:04d}.vtu")
         np.testing.assert_allclose(np.linalg.norm(mesh.points - [0.01, 0.01, 0.03 - depth], axis=1), 0.01)
     assert (tmp_path / "vtu" / "hexes-tool.pvd").exists()
+
+
+def test_a_rigid_body_named_as_a_file_of_the_model_takes_none_of_its(ball: Report, tmp_path: Path) -> None:
+    model = ball.models["hexes"]
+    assert model.shape is not None
+    named = replace(model.shape, instruments=(replace(model.shape.instruments[0], name="surface"),))
+    written = write_vtu(replace(ball, models={"hexes": replace(model, shape=named)}), tmp_path)
+    assert len(set(written)) == len(written)
+    assert (tmp_path / "vtu" / "hexes-surface-2.pvd").exists()
