@@ -25,6 +25,7 @@ from softmark.interpreter.results.report import ModelResult, ReferenceResult, Re
 from softmark.solvers.elements import element_of
 
 Floats = NDArray[np.float64]
+OWN = ("surface", "end")  # what files of a model itself end with: no rigid body's
 # which meshio 5 writes, and has left out of this table of its own
 meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
@@ -155,8 +156,9 @@ def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:
 def _beside(target: Path, name: str, shape: SeenSurface, times: Floats | None) -> list[Path]:
     """The rigid bodies that a model may touch, NAME-BALL.vtu, or a file for each moment or state."""
     written: list[Path] = []
+    taken = {f"{name}-{word}".lower() for word in OWN}
     for own in shape.instruments:
-        file, triangles = f"{name}-{own.name}", [("triangle", own.triangles)]
+        file, triangles = _file_name(f"{name}-{own.name}", taken), [("triangle", own.triangles)]
         if times is None or len(own.turns) == 1:
             written.append(_write(target / f"{file}.vtu", own.at(-1), triangles, {}))
         else:

@@ -91,7 +91,7 @@ def _beside(view: View, shape: SeenSurface) -> SeenSurface:
     """The surface with the rigid bodies that it may touch."""
     from softmark.interpreter.run.instruments import instruments
 
-    return replace(shape, instruments=instruments(view.case, shape))
+    return replace(shape, instruments=instruments(view.case, shape, view.solve.get("rigid")))
 
 
 def _coloured(work: Work, name: str, shape: SeenSurface) -> SeenSurface:

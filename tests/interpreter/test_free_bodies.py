@@ -118,3 +118,19 @@ def test_damping_of_a_body_brakes_no_free_one() -> None:
     _, stone = run(text.replace("spin = (5, 0, 20)", "spin = (0, 0, 0)"), "stone")
     assert stone["velocity_m_s"][-1] == pytest.approx([0.3, 0.0, -1.0], abs=1e-12)
     assert stone["middle_m"][-1] - stone["middle_m"][0] == pytest.approx([1.2e-3, 0.0, -4e-3], abs=1e-12)
+
+
+def test_pictures_show_a_free_body_where_it_is() -> None:
+    """A brick that turns about a principal axis: 20 rad/s about z, and as far as it was thrown, at every moment."""
+    shape = "box(size = (2, 3, 4) mm, origin = (0, 0, 300) mm)"
+    text = HIT.format(shape=shape, integrator="trapezoidal", end="40 ms", step="5 ms")
+    seen = loads(text.replace("spin = (5, 0, 20)", "spin = (0, 0, 20)")).run().models["hexes"].shape
+    assert seen is not None
+    assert seen.times is not None
+    (stone,) = seen.instruments
+    middle = np.array([1.0, 1.5, 302.0]) * 1e-3
+    for i, t in enumerate(seen.times):
+        c, s = np.cos(20.0 * t), np.sin(20.0 * t)
+        Q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        right = (stone.X - middle) @ Q.T + middle + t * np.array([0.3, 0.0, -1.0])
+        np.testing.assert_allclose(stone.at(i), right, atol=1e-5)

@@ -14,8 +14,8 @@ from softmark.interpreter.metrics.curves import Course, Curve
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
 from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.report.run.figures.measured_curves import _each_at
 from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.tables.curve_points import _each_at
 from softmark.interpreter.report.run.terminal import table
 from softmark.interpreter.results.report import SeenCurve
 from softmark.interpreter.run.pipeline import Options, run

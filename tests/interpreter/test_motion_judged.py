@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
 import softmark
+from softmark.interpreter.models.shared.motion import _unbalanced
+from softmark.solvers.dynamics.balance import EnergyBalance
 
 BLOCK = """
 material gel   = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -38,6 +43,20 @@ def test_a_spin_that_gains_energy_is_never_converged_in_silence(integrator: str)
         assert "smaller step" in str(model.message)
         assert model.probes == {}
         assert model.solve["energy"]["gained"] is True
+
+
+@pytest.mark.parametrize(
+    ("integrator", "remedy"),
+    [("implicit_euler", "a smaller step, or `trapezoidal`"), ("trapezoidal", "a smaller step")],
+)
+def test_what_is_lost_is_no_reason_to_take_the_integrator_that_is_there(integrator: str, remedy: str) -> None:
+    cells = "model cells = fem(hex8, strain = corotational, size = 10 mm)\n"
+    text = f"analysis fall = dynamic(duration = 1 s, step = 10 ms, integrator = {integrator})\n"
+    declared = softmark.loads(HELD + cells + text).scene.declared
+    track: Any = SimpleNamespace(balance=EnergyBalance(drift=0.3, gain=0.0, loss=0.3, scale=1.0, time=0.0))
+    (said,) = _unbalanced(declared["cells"], declared["fall"].thing, track)
+    assert said.code == "W361"
+    assert str(said.help).endswith(f"try {remedy}")
 
 
 def test_a_refused_explicit_step_leaves_its_number() -> None:

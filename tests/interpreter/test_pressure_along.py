@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from softmark.interpreter.problem.theories import solved
 from softmark.interpreter.report.run.html import render
 from softmark.solvers.mesh.instruments import Punch, RoundedBox
 from softmark.solvers.mesh.revolved import Cone
+from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
@@ -72,6 +74,17 @@ def test_it_is_held_against_a_theory_and_drawn_beside_it() -> None:
     assert page.count("pressure along top</title>") == 1  # of both metrics one chart, with the theory
 
 
+def test_every_line_has_a_chart_with_all_that_it_is_held_against() -> None:
+    """Two theories of one line are both in its chart; a chart of another line has a name of its own."""
+    known = AGAINST.format(theory="hertz") + "reference other = pressed_layer(block)\n"
+    known += "metric miss = pressure_along(touch, probe = top, against = other)\n"
+    known += "probe short = line(block, from = (0, 0, 0) mm, to = (4, 0, 0) mm, points = 5)\n"
+    page = render(loads(text(BALL, 0.5) + known + "metric q = pressure_along(touch, probe = short)\n").run())
+    descs = dict(re.findall(r'<desc id="(along-[^"]*)">(.*?)</desc>', page))
+    assert len(descs) == page.count('<desc id="along-') == 2
+    assert all(f"{name}: at most" in next(iter(descs.values())) for name in ("theory", "other", "quads"))
+
+
 def test_points_beside_the_surface_are_told() -> None:
     report = loads(text(BALL, 0.5).replace("to = (8.0, 0, 0)", "to = (8.0, -8, 0)")).run()
     reason = report.models["quads"].metrics["p"].reason
@@ -103,8 +116,8 @@ def test_no_limit_is_known_of_nothing() -> None:
     ("shape", "count"),
     [(Sphere(1.0), 0), (Punch(1.0, 0.2, 3.0), 0), (RoundedBox((1.0, 1.0, 1.0), 0.2), 0)],
 )
-def test_what_is_round_has_no_sharp_points(shape: object, count: int) -> None:
-    assert len(sharp(*surface_in_space(shape, np.zeros((1, 3))))) == count  # type: ignore[arg-type]
+def test_what_is_round_has_no_sharp_points(shape: Shape, count: int) -> None:
+    assert len(sharp(*surface_in_space(shape, np.zeros((1, 3))))) == count
 
 
 def test_sharp_points_are_on_rims_edges_and_tips() -> None:

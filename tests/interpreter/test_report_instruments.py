@@ -60,7 +60,8 @@ def ball() -> Report:
 def seen(text: str) -> Any:
     """The rigid body beside the undeformed body, in full."""
     case = case_of(softmark.loads(text).scene, "block")
-    low, high = (np.array(end) for end in case.shape.bounds)  # type: ignore[union-attr]
+    assert case.shape.bounds is not None
+    low, high = map(np.array, case.shape.bounds)
     corners = np.array([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)])
     (own,) = instruments(case, SeenSurface(corners, np.zeros((1, 3), dtype=np.int64)))
     return own
@@ -159,9 +160,10 @@ def test_only_pages_with_rigid_bodies_have_what_draws_them(ball: Report) -> None
 def test_pictures_leave_room_for_a_part_of_what_is_large(ball: Report) -> None:
     shape = ball.models["hexes"].shape
     assert shape is not None
+    assert shape.frames is not None
     (own,) = shape.instruments
     large = replace(shape, instruments=(replace(own, X=1e3 * own.X),))
-    room, size = room_of([large]), np.linalg.norm(np.ptp(shape.frames.reshape(-1, 3), axis=0))  # type: ignore[union-attr]
+    room, size = room_of([large]), np.linalg.norm(np.ptp(shape.frames.reshape(-1, 3), axis=0))
     points = np.concatenate(room.positions(large))
     assert float(np.ptp(points, axis=0).max()) < 1.1 * (0.02 + 2.0 * AROUND * size)
 
@@ -205,3 +207,12 @@ def test_rigid_bodies_are_files_of_their_own(ball: Report, tmp_path: Path) -> No
         mesh = meshio.read(tmp_path / "vtu" / f"hexes-tool-{i:04d}.vtu")
         np.testing.assert_allclose(np.linalg.norm(mesh.points - [0.01, 0.01, 0.03 - depth], axis=1), 0.01)
     assert (tmp_path / "vtu" / "hexes-tool.pvd").exists()
+
+
+def test_a_rigid_body_named_as_a_file_of_the_model_takes_none_of_its(ball: Report, tmp_path: Path) -> None:
+    model = ball.models["hexes"]
+    assert model.shape is not None
+    named = replace(model.shape, instruments=(replace(model.shape.instruments[0], name="surface"),))
+    written = write_vtu(replace(ball, models={"hexes": replace(model, shape=named)}), tmp_path)
+    assert len(set(written)) == len(written)
+    assert (tmp_path / "vtu" / "hexes-surface-2.pvd").exists()

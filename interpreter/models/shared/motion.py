@@ -43,6 +43,7 @@ KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
 MOMENTS = 200  # of the energies that a report keeps
 BOUNCES = 50  # impacts that a report keeps
+KEEPS = "trapezoidal"  # the integrator that takes least energy
 REMEDY = "try a smaller step, another integrator or more damping"
 
 
@@ -142,7 +143,7 @@ class PreparedMotion:
         found = self._resolution()
         notes = (
             *_events(self.declared, track),
-            *_unbalanced(self.declared, track),
+            *_unbalanced(self.declared, self.analysis, track),
             *_came_back(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
         )
@@ -252,7 +253,7 @@ def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
                          for n, seen in each.items()}}  # fmt: skip
 
 
-def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
     """A warning where energy appears that nothing has brought, or where the integrator has taken most of it."""
     found, at = track.balance, declared.at()
     if found.gained:
@@ -268,13 +269,14 @@ def _unbalanced(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]
         )
     if found.loss <= LOSS:
         return ()
+    other = "" if analysis.integrator == KEEPS else f", or `{KEEPS}`"
     return (
         diagnostic(
             "W361",
             at,
             f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
             "numerical damping",
-            "where it comes to rest is right, how it gets there is not: try a smaller step, or `trapezoidal`",
+            f"where it comes to rest is right, how it gets there is not: try a smaller step{other}",
         ),
     )
 

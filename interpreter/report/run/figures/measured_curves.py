@@ -7,13 +7,13 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.language.amounts import decimals_of, quantity, scale_of
+from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.charts.axes import Axis, linear
 from softmark.interpreter.report.charts.chart import Chart, Curve
 from softmark.interpreter.report.page.markup import listed, prose, section
-from softmark.interpreter.report.page.plate import PlateColumn, plate
-from softmark.interpreter.report.page.sheet import Cell, csv_link, short
+from softmark.interpreter.report.page.plate import plate
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, worth
+from softmark.interpreter.report.run.tables.curve_points import columns, saved
 from softmark.interpreter.report.run.tables.probes import drawn_first, looks
 from softmark.records import dataclass
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 WIDTH, HEIGHT = 640.0, 300.0
-ROWS = 60  # of the table of numbers
 WHOLE = 0.999  # of the measured range: less is said
 
 
@@ -94,7 +93,8 @@ class _Measured:
             f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=78.0, right=110.0,
         )  # fmt: skip
-        return plate(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
+        found = columns(self.seen, self.drawn.units)
+        return plate(chart, prose(self._caption()), found, self._save(), open_=open_)
 
     def _axes(self) -> tuple[Axis, Axis]:
         across, up = self.drawn.units
@@ -148,46 +148,9 @@ class _Measured:
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]
         return f"Inside the band: {listed(each)} of what is judged." if each else ""
 
-    def _columns(self) -> list[PlateColumn]:
-        """The models' points, and the measurement there."""
-        first = max(self.seen.values(), key=lambda c: len(c.x))
-        every = -(-len(first.x) // ROWS)
-        across, up = (
-            scale_of([float(first.x.max())], self.drawn.units[0]),
-            scale_of([float(abs(c.y).max()) for c in self.seen.values()], self.drawn.units[1]),
-        )
-        x = first.x[::every].tolist()
-        cells = [(across.fixed(v, decimals_of(x, across, 6)),) for v in x]
-        found = [PlateColumn("x", (across.heading("x"),), cells)]
-        for name, curve in self.seen.items():
-            y = _each_at(curve, first.x.tolist())[::every]
-            numbers = [v for v in y if v is not None]
-            places = decimals_of(numbers, up, 6)
-            shown = [("–" if v is None else up.fixed(v, places),) for v in y]
-            found.append(PlateColumn(name, (up.heading("y"),), shown))
-        return found
-
     def _save(self) -> str:
-        header = ["name", f"x [{self.drawn.units[0]}]", f"y [{self.drawn.units[1]}]"]
-        rows: list[list[Cell]] = []
         known = {self.reference: self.drawn, **self.seen}
         if (band := self.drawn.band) is not None:
             for name, y in zip(("least", "largest"), band, strict=True):
                 known[f"{self.reference}, {name}"] = replace(self.drawn, y=y)
-        for name, curve in known.items():
-            rows += [[name, short(x), short(y)] for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True)]
-        return csv_link(f"{self.metric.name}-curve", header, rows)
-
-
-def _each_at(curve: SeenCurve, places: Sequence[float]) -> list[float | None]:
-    """y at its own points, None at what is none of them; where places come back, those of the way back."""
-    known: dict[float, list[float]] = {}
-    for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):
-        known.setdefault(x, []).append(float(y))
-    passed: dict[float, int] = {}
-    found: list[float | None] = []
-    for x in places:
-        values, times = known.get(x, []), passed.get(x, 0)
-        found.append(values[min(times, len(values) - 1)] if values else None)
-        passed[x] = times + 1
-    return found
+        return saved(f"{self.metric.name}-curve", known, self.drawn.units)

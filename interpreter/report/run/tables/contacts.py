@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from softmark.interpreter.language import units
@@ -64,6 +65,6 @@ def lines(report: Report) -> Iterator[str]:
                 left = units.show(rounded(own.touch.gap, DIGITS), units.LENGTH)
                 yield f"{contact} does not touch in {model}: {left} are left"
                 continue
-            force = units.show(rounded(sum(c * c for c in own.reaction.force) ** 0.5, DIGITS), units.FORCE)
+            force = units.show(rounded(math.hypot(*own.reaction.force), DIGITS), units.FORCE)
             most = units.show(rounded(own.touch.pressure, DIGITS), units.PRESSURE)
             yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"

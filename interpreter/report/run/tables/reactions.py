@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -72,13 +73,13 @@ def lines(report: Report) -> Iterator[str]:
 
 def _largest(model: ModelResult) -> float:
     """Of all supports and contacts, N: beside it what supports carry may be nothing."""
-    pressed = (sum(c * c for c in own.reaction.force) ** 0.5 for own in model.contacts.values())
+    pressed = (math.hypot(*own.reaction.force) for own in model.contacts.values())
     return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
 
 
 def _size(held: HeldSupport) -> float:
     """Of its force, N; 0 where it is not known."""
-    return 0.0 if held.reaction is None else sum(c * c for c in held.reaction.force) ** 0.5
+    return 0.0 if held.reaction is None else math.hypot(*held.reaction.force)
 
 
 def _who(names: Sequence[str]) -> str:

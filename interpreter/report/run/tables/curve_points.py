@@ -1,0 +1,54 @@
+"""The points of curves beside their chart: columns of a table, some of them left out, and a file of all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from softmark.interpreter.language.amounts import decimals_of, scale_of
+from softmark.interpreter.report.page.plate import PlateColumn
+from softmark.interpreter.report.page.sheet import Cell, csv_link, short
+from softmark.interpreter.results.report import SeenCurve
+
+ROWS = 60  # of the table of numbers
+
+
+def columns(curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> list[PlateColumn]:
+    """x of the curve with most points, and y of every curve there."""
+    first = max(curves.values(), key=lambda c: len(c.x))
+    every = -(-len(first.x) // ROWS)
+    across = scale_of([float(first.x.max())], units[0])
+    up = scale_of([float(abs(c.y).max()) for c in curves.values()], units[1])
+    x = first.x[::every].tolist()
+    places = decimals_of(x, across, 6)
+    found = [PlateColumn("x", (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
+    for name, curve in curves.items():
+        y = _each_at(curve, first.x.tolist())[::every]
+        places = decimals_of([v for v in y if v is not None], up, 6)
+        shown = [("–" if v is None else up.fixed(v, places),) for v in y]
+        found.append(PlateColumn(name, (up.heading("y"),), shown))
+    return found
+
+
+def saved(file: str, curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> str:
+    """A link to a file of every point of them."""
+    header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
+    rows: list[list[Cell]] = [
+        [name, short(x), short(y)]
+        for name, curve in curves.items()
+        for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True)
+    ]
+    return csv_link(file, header, rows)
+
+
+def _each_at(curve: SeenCurve, places: Sequence[float]) -> list[float | None]:
+    """y at its own points, None at what is none of them; where places come back, those of the way back."""
+    known: dict[float, list[float]] = {}
+    for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):
+        known.setdefault(x, []).append(float(y))
+    passed: dict[float, int] = {}
+    found: list[float | None] = []
+    for x in places:
+        values, times = known.get(x, []), passed.get(x, 0)
+        found.append(values[min(times, len(values) - 1)] if values else None)
+        passed[x] = times + 1
+    return found
