@@ -17,7 +17,7 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.contact.colliding import HALF, Colliding
-from softmark.solvers.contact.nearest import shares
+from softmark.solvers.contact.nearest import away, least, shares
 from softmark.solvers.contact.rubbing import TINY, Dual, Slip
 from softmark.solvers.contact.skin import Skin
 from softmark.solvers.energies.energy import Floats, Ints, Wandering, no_stencils
@@ -126,9 +126,8 @@ class Sliding(Wandering):
         of = pairs[:, 0] - skin.corners
         pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
         p, t = V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]]
-        nearest = _nearest(pairs[:, 0], p, t)
+        nearest, far = _nearest(pairs[:, 0], p, t)
         pairs, p, t = pairs[nearest], p[nearest], t[nearest]
-        far = np.linalg.norm(p - np.einsum("ca,cai->ci", shares(p, t), t), axis=1)
         which = pairs[:, 0] - skin.corners
         W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
         spring = HALF * self.spring * skin.A[which]
@@ -232,15 +231,13 @@ class Sliding(Wandering):
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
-def _nearest(samples: Ints, p: Floats, t: Floats) -> Ints:
-    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it."""
-    r = p - np.einsum("ca,cai->ci", shares(p, t), t)
+def _nearest(samples: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
+    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it; how far it is, m."""
+    r = away(p, t)
     far = np.linalg.norm(r, axis=1)
     looks = np.abs(np.einsum("ci,ci->c", r, _normals(t))) / np.maximum(far, TINY)
-    order = np.lexsort((far * (1.0 + ASIDE * (1.0 - looks)), samples))
-    _, first = np.unique(samples[order], return_index=True)
-    found: Ints = order[first]
-    return found
+    first = least(samples, far * (1.0 + ASIDE * (1.0 - looks)))
+    return first, far[first]
 
 
 def _normals(t: Floats) -> Floats:
