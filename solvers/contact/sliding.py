@@ -20,7 +20,7 @@ from softmark.solvers.contact.colliding import HALF, Colliding
 from softmark.solvers.contact.nearest import away, least, shares
 from softmark.solvers.contact.rubbing import TINY, Dual, Slip
 from softmark.solvers.contact.skin import Skin
-from softmark.solvers.energies.energy import Floats, Ints, Wandering, no_stencils
+from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 PRESSED = 1e-12  # of the largest force: what is less is no contact
 ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
@@ -87,11 +87,6 @@ class Sliding(Wandering):
     def rubs(self) -> bool:
         """Without a lag."""
         return self.lag is None
-
-    @property
-    def stencils(self) -> Ints:
-        """None: what is coupled changes."""
-        return no_stencils()
 
     @property
     def skin(self) -> Skin:
@@ -216,9 +211,6 @@ class Sliding(Wandering):
         N = -sparse.diags(sign) @ (n @ self.pressing.stiff(x)) @ self.skin.M
         way = np.where(slip.slides[:, None], self.friction * u, 0.0)
         return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: `matrix` has it all."""
 
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of d before any two faces meet."""
