@@ -16,6 +16,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, Look
 from softmark.solvers.contact.inner import Inner
+from softmark.solvers.contact.pose import exponential
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix
 from softmark.solvers.energies.energy import Floats, Ints
@@ -71,14 +72,6 @@ class Bodies:
             self.turned[i] = _proper(self.axes(i, x))
             new[body.first + 3 : body.first + 6] = 0.0
         return new
-
-
-def exponential(theta: Floats) -> Floats:
-    """The rotation of a vector (3,), rad: Rodrigues' formula."""
-    t, K = float(np.linalg.norm(theta)), cross_matrix(theta)
-    a, b = (np.sin(t) / t, 2.0 * (np.sin(0.5 * t) / t) ** 2) if t > 0.0 else (1.0, 0.5)
-    found: Floats = np.eye(3) + a * K + b * K @ K
-    return found
 
 
 def _proper(P: Floats) -> Floats:

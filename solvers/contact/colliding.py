@@ -20,7 +20,7 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.contact.skin import Skin
-from softmark.solvers.energies.energy import Floats, Ints, Wandering, no_stencils
+from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 FAINT = 1e-3  # of the pressure of the barrier: what keeps edges from edges, which points do not see
 PATIENCE = 1000  # steps of an advance until two faces meet, which are on the safe side
@@ -58,11 +58,6 @@ class Colliding(Wandering):
     thickness: float = 1.0
     told: Any = None  # nodes (n,) of all pieces but the first
     conservative: bool = True
-
-    @property
-    def stencils(self) -> Ints:
-        """None: what is coupled changes."""
-        return no_stencils()
 
     @cached_property
     def _kept(self) -> dict[str, Any]:
@@ -247,9 +242,6 @@ class Colliding(Wandering):
         pairs, _, V, _ = self._near(x)
         none = toolkit().PSDProjectionMethod.NONE
         return self._potential.hessian(pairs, self._sampled, V, none).tocsr() / self._unit**2
-
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: `matrix` has it all."""
 
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of d before any two faces meet, or all but a tenth of their gap is gone; at most 1."""

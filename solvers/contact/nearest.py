@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Floats, Ints
 
 
 def shares(p: Floats, t: Floats) -> Floats:
@@ -18,9 +18,26 @@ def shares(p: Floats, t: Floats) -> Floats:
         two = _of_sides(p[out], t[out][:, [i, j]])
         own = np.zeros((len(out), 3))
         own[:, [i, j]] = two
-        far = np.linalg.norm(p[out] - np.einsum("ca,cai->ci", own, t[out]), axis=1)
+        far = np.linalg.norm(_from(own, p[out], t[out]), axis=1)
         nearer = far < best
         found[out[nearer]], best = own[nearer], np.minimum(far, best)
+    return found
+
+
+def away(p: Floats, t: Floats) -> Floats:
+    """The ways (c, d), m, from the points of faces t (c, k, d) that are nearest to p (c, d) to these."""
+    return _from(shares(p, t), p, t)
+
+
+def least(of: Ints, far: Floats) -> Ints:
+    """Of pairs of things `of` (c,) with others, so `far` (c,), the number of the nearest of each thing."""
+    order = np.lexsort((far, of))
+    found: Ints = order[np.unique(of[order], return_index=True)[1]]
+    return found
+
+
+def _from(shares: Floats, p: Floats, t: Floats) -> Floats:
+    found: Floats = p - np.einsum("ca,cai->ci", shares, t)
     return found
 
 

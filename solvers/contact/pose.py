@@ -8,10 +8,19 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, Look
+from softmark.solvers.energies.blocks import cross_matrix
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Vector3
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+def exponential(w: Floats) -> Floats:
+    """The rotation (3, 3) of a vector (3,), rad: Rodrigues' formula."""
+    angle = float(np.linalg.norm(w))
+    k = cross_matrix(w) / (angle or 1.0)
+    Q: Floats = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * (k @ k)
+    return Q
 
 
 @dataclass(frozen=True)
@@ -24,14 +33,8 @@ class Pose:
 
     @cached_property
     def turn(self) -> Floats | None:
-        """Q (3, 3), by Rodrigues' formula; None where nothing turns."""
-        w = np.array(self.rotation)
-        angle = float(np.linalg.norm(w))
-        if not angle:
-            return None
-        k = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]]) / angle
-        Q: Floats = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * (k @ k)
-        return Q
+        """Q (3, 3); None where nothing turns."""
+        return exponential(np.array(self.rotation)) if any(self.rotation) else None
 
     def at(self, share: float) -> Pose:
         """The pose at that share of the way, turned around the same axis."""

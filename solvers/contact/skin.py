@@ -13,11 +13,12 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
+from softmark.solvers.contact.nearest import away, least
 from softmark.solvers.elements.facets import FACETS
+from softmark.solvers.mesh.border import bordering
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 SAME = 1e-9  # shape functions that differ by less are the same
-LEVEL = 1e-6  # of the thickness of a slice: what of a face is along it
 
 
 @dataclass(frozen=True)
@@ -55,16 +56,12 @@ class Skin:
     @cached_property
     def own(self) -> Ints:
         """The face (points,) that each sample lies on at rest."""
-        from softmark.solvers.contact.nearest import shares
-
         order = np.argsort(self.home, kind="stable")
         first, last = (np.searchsorted(self.home[order], self.of, side) for side in ("left", "right"))
         sample = np.repeat(np.arange(self.points), last - first)
         face = order[np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])]
         p, t = self.X[self.corners + sample], self.X[self.faces[face]]
-        far = np.linalg.norm(p - np.einsum("ca,cai->ci", shares(p, t), t), axis=1)
-        ranked = np.lexsort((far, sample))
-        found: Ints = face[ranked[np.unique(sample[ranked], return_index=True)[1]]]
+        found: Ints = face[least(sample, np.linalg.norm(away(p, t), axis=1))]
         return found
 
     def places(self, x: Floats) -> Floats:
@@ -88,7 +85,7 @@ def skin_of(
 
     Of a slice `flat`; with a `depth`, m, of one through a body of revolution areas are those of whole rings.
     """
-    facets = _outer(mesh) if flat else np.arange(len(mesh.facets))
+    facets = np.flatnonzero(bordering(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
     split = _lines if flat else triangles
     nodes, N, faces, home = _corners(mesh, facets, parts, split)
@@ -122,12 +119,6 @@ def others(mesh: Mesh) -> Any:
     """Nodes (n,) of all pieces but the first; None of a body in one piece."""
     of = pieces_of(mesh)
     return of > 0 if of.any() else None
-
-
-def _outer(mesh: Mesh) -> Ints:
-    """Facets of a slice that are not its front or its back."""
-    z = mesh.points[mesh.facets, 2]
-    return np.flatnonzero(np.ptp(z, axis=1) > LEVEL * float(np.ptp(mesh.points[:, 2])))
 
 
 def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:

@@ -17,10 +17,10 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.contact.colliding import HALF, Colliding
-from softmark.solvers.contact.nearest import shares
+from softmark.solvers.contact.nearest import away, least, shares
 from softmark.solvers.contact.rubbing import TINY, Dual, Slip
 from softmark.solvers.contact.skin import Skin
-from softmark.solvers.energies.energy import Floats, Ints, Wandering, no_stencils
+from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 PRESSED = 1e-12  # of the largest force: what is less is no contact
 ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
@@ -89,11 +89,6 @@ class Sliding(Wandering):
         return self.lag is None
 
     @property
-    def stencils(self) -> Ints:
-        """None: what is coupled changes."""
-        return no_stencils()
-
-    @property
     def skin(self) -> Skin:
         """The surfaces."""
         return self.pressing.skin
@@ -126,9 +121,8 @@ class Sliding(Wandering):
         of = pairs[:, 0] - skin.corners
         pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
         p, t = V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]]
-        nearest = _nearest(pairs[:, 0], p, t)
+        nearest, far = _nearest(pairs[:, 0], p, t)
         pairs, p, t = pairs[nearest], p[nearest], t[nearest]
-        far = np.linalg.norm(p - np.einsum("ca,cai->ci", shares(p, t), t), axis=1)
         which = pairs[:, 0] - skin.corners
         W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
         spring = HALF * self.spring * skin.A[which]
@@ -218,9 +212,6 @@ class Sliding(Wandering):
         way = np.where(slip.slides[:, None], self.friction * u, 0.0)
         return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
 
-    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: `matrix` has it all."""
-
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of d before any two faces meet."""
         return self.pressing.limit(x, d)
@@ -232,15 +223,13 @@ class Sliding(Wandering):
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
-def _nearest(samples: Ints, p: Floats, t: Floats) -> Ints:
-    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it."""
-    r = p - np.einsum("ca,cai->ci", shares(p, t), t)
+def _nearest(samples: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
+    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it; how far it is, m."""
+    r = away(p, t)
     far = np.linalg.norm(r, axis=1)
     looks = np.abs(np.einsum("ci,ci->c", r, _normals(t))) / np.maximum(far, TINY)
-    order = np.lexsort((far * (1.0 + ASIDE * (1.0 - looks)), samples))
-    _, first = np.unique(samples[order], return_index=True)
-    found: Ints = order[first]
-    return found
+    first = least(samples, far * (1.0 + ASIDE * (1.0 - looks)))
+    return first, far[first]
 
 
 def _normals(t: Floats) -> Floats:

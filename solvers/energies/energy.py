@@ -82,6 +82,14 @@ class Wandering(Energy):
     """An energy with a Hessian of its own, of unknowns that come to be coupled as bodies meet, and with states between
     which no straight way leads."""
 
+    @property
+    def stencils(self) -> Ints:
+        """None: what is coupled changes."""
+        return no_stencils()
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Nothing: `matrix` has it all."""
+
     def matrix(self, x: Floats, projected: bool = False) -> Any:
         """d2E/dx2, sparse (dofs, dofs), N/m; `projected` is positive semi-definite."""
         raise NotImplementedError(f"{type(self).__name__} has no Hessian")

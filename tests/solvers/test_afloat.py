@@ -9,12 +9,13 @@ import pytest
 
 from softmark.interpreter.front.afloat import HEAVY
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.afloat import Bodies, Free, afloat, exponential, right_jacobian
+from softmark.solvers.contact.afloat import Bodies, Free, afloat, right_jacobian
 from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.contact.gaps.surface import Surface
 from softmark.solvers.contact.inertia import VOLUMES, volume_of
 from softmark.solvers.contact.inner import inner
+from softmark.solvers.contact.pose import exponential
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.mesh.revolved import Cone, Revolved
 from softmark.solvers.mesh.shapes import Box, Cylinder
