@@ -58,15 +58,18 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
     """
     found, reason = {}, None
     for touch in case.contacts:
+        own: dict[str, Any] = {"least_gap": None, "overlap": None}
         try:
-            found[touch.name] = own = _seen(case, touch, mesh, u)
+            own |= _seen(case, touch, mesh, u)
+            idle = own["least_gap"] > barrier_of(case, touch, mesh.mesh).distance
+            deep = _missed(case, touch, mesh, u) if idle else 0.0
         except Unchecked as unknown:
-            found[touch.name] = {"least_gap": None, "overlap": None, "reason": str(unknown)}
+            found[touch.name] = own | {"reason": str(unknown)}
             continue
+        found[touch.name] = own
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
-        idle = own["least_gap"] > barrier_of(case, touch, mesh.mesh).distance
-        if idle and (deep := _missed(case, touch, mesh, u)) > MISSED * mesh.mesh.extent:
+        if deep > MISSED * mesh.mesh.extent:
             reason = (
                 f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
             )

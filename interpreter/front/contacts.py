@@ -168,4 +168,4 @@ def _both(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) ->
     still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
     if not isinstance(still, Fixed) or isinstance(moving, Fixed):
         return None
-    return "hold and move" if any(turns) or any(moving.displacement[i] for i in still.components) else None
+    return "hold and move" if any(turns) or any(moving.imposed[i] for i in still.components) else None

@@ -264,3 +264,19 @@ def test_warnings_are_no_errors() -> None:
     scene, warned = checked(Source("text", changed(("young = 60 kPa", "young = 60 mPa"))), Path(), None)
     assert scene is not None
     assert [d.severity for d in warned] == ["warning"]
+
+
+@pytest.mark.parametrize(("components", "both"), [("x", []), ("(x, z)", ["E657"])])
+def test_a_rigid_body_may_be_held_where_another_support_leaves_it_free(components: str, both: list[str]) -> None:
+    """A displacement has no part in directions that its support leaves free."""
+    assert codes(
+        "material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
+        "body block = solid(box(size = (20, 20, 20) mm), gel)\n"
+        "body ball = rigid(sphere(radius = 5 mm, origin = (10, 10, 25) mm))\n"
+        "support floor = fixed(block, where = z <= 0 mm)\n"
+        "support still = fixed(ball, components = (y, z))\n"
+        f"support hand = displaced(ball, by = (1, 0, -1) mm, components = {components})\n"
+        "contact touch = between(ball, block)\n"
+        "model bricks = fem(hex8, strain = finite, size = 5 mm)\n"
+        "metric push = force(touch, along = -z)\n"
+    ) == both  # fmt: skip

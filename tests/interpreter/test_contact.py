@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import statistics
+from pathlib import Path
 
 import indented
 import pytest
 
-from softmark import loads
+from softmark import load, loads
 from softmark.interpreter.models.shared import contacting
 from softmark.interpreter.run.options import Options, Sound
 from softmark.interpreter.run.pipeline import report_of
+from softmark.solvers.checks import touching
 
 PRESSED = """softmark 1
 scene "a sphere on the middle of a cylinder"
@@ -71,6 +73,45 @@ def test_a_part_of_the_surface_that_nothing_keeps_clear_is_looked_at_too() -> No
     found = loads(text).run().models["quads"]
     assert found.status == "failed"
     assert "`ball` is 1 mm inside where `touch` keeps nothing clear of it" in str(found.message)
+
+
+OCTAHEDRON = """v 10 0 0
+v -10 0 0
+v 0 10 0
+v 0 -10 0
+v 0 0 10
+v 0 0 -10
+f 1 3 5
+f 3 2 5
+f 2 4 5
+f 4 1 5
+f 3 1 6
+f 2 3 6
+f 4 2 6
+f 1 4 6
+"""
+BESIDE = """softmark 1
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (20, 20, 20) mm, origin = (15, 0, 0) mm), gel)
+body     tool  = rigid(filled("tool.obj", unit = 1 mm))
+support  floor = fixed(block, where = z <= 0 mm)
+contact  touch = between(tool, block, where = x <= 15 mm)
+load     sag   = gravity(9.81 m/s^2)
+model    bricks = fem(hex8, size = 5 mm, strain = finite)
+metric   push  = force(touch, along = -x)
+"""
+
+
+def test_what_is_too_much_to_look_at_again_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight triangles, and 20 nodes beside them: all others of the surface are too many, and what is known is kept."""
+    (tmp_path / "tool.obj").write_text(OCTAHEDRON)
+    (tmp_path / "beside.scene").write_text(BESIDE)
+    monkeypatch.setattr(touching, "MOST", 8 * 25)
+    found = load(tmp_path / "beside.scene").run().models["bricks"]
+    assert found.status == "converged"
+    seen = found.solve["checks"]["contact"]["touch"]
+    assert seen["least_gap"] == pytest.approx(10e-3 / 2.0**0.5, abs=1e-4)  # of (15, 0, 5) mm, which sinks a little
+    assert "too many triangles" in seen["reason"]
 
 
 @pytest.mark.parametrize("far", [8.0, 14.0, 60.0])
