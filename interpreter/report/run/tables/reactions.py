@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import RIGID
 from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
@@ -15,7 +16,7 @@ from softmark.interpreter.results.report import ModelResult, Report
 
 LEAD = (
     "What every support does to the body at rest{}: its force, and its moment about the middle of what it holds. "
-    "Supports and loads together come to nothing."
+    "Supports{} and loads together come to nothing."
 )
 HEAD = ("Support", "Model", "Force", "Moment", "Note")
 NOTHING = "\N{EN DASH}"
@@ -35,7 +36,8 @@ def section_of(findings: Findings) -> str:
         for name, held in own.items()
         if models[name].status in ("converged", "capped")
     ]
-    return table_section("Supports", LEAD.format(findings.of_last), HEAD, rows)
+    pressed = ", rigid bodies that touch it" if findings.report.names.of_kind(RIGID) else ""
+    return table_section("Supports", LEAD.format(findings.of_last, pressed), HEAD, rows)
 
 
 def _row(support: str, model: str, held: HeldSupport, checks: Mapping[str, Any]) -> str:
