@@ -53,6 +53,28 @@ class Inner(Touching):
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
+    @property
+    def resting(self) -> Floats:
+        """Where its points are at rest (p, 3), m."""
+        found: Floats = self.at_rest
+        return found
+
+    @cached_property
+    def _alone(self) -> tuple[Ints, Ints]:
+        """Points that are nodes (k,), and which of the nodes these are (k,)."""
+        points = np.flatnonzero(self.shares.max(axis=1) > 1.0 - SAME)
+        own = self.of[points, self.shares[points].argmax(axis=1)]
+        known = np.isin(own, self.nodes)
+        return points[known], np.searchsorted(self.nodes, own[known])
+
+    def nodal_gaps(self, x: Floats) -> Floats:
+        """Of its nodes (m,), m: those of points that are nodes among them."""
+        where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
+        found = self.body.gap(self.seen(where * (1.0, 1.0, 0.0) if self.flat else where, x))
+        points, which = self._alone
+        found[which] = self.gaps(x)[points]
+        return found
+
     def forces(self, x: Floats) -> Floats:
         """What the rigid body does to the nodes (m, 3), N: each point's, by its shares."""
         g = np.zeros(max(len(x), 3 * (int(self.nodes.max(initial=0)) + 1)))

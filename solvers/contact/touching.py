@@ -102,6 +102,23 @@ class Touching(Energy):
         found = self.X + np.asarray(x, dtype=np.float64)[self.stencils]
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
+    def spots(self, x: Floats) -> Floats:
+        """Where its points are in space (p, 3), m, from wherever they are looked at."""
+        return self.places(x)
+
+    @property
+    def resting(self) -> Floats:
+        """Where they are at rest (p, 3), m."""
+        return self.X
+
+    def nodal_gaps(self, x: Floats) -> Floats:
+        """Of its nodes (m,), m, whatever its points are."""
+        return self.gaps(x)
+
+    def seen(self, where: Floats, x: Floats) -> Floats:
+        """Points of space (n, 3), m, as the gap takes them."""
+        return where
+
     def gaps(self, x: Floats) -> Floats:
         """Of its nodes (m,), m."""
         return self.look(x)[0]

@@ -66,6 +66,12 @@ class Forces:
         """Whether rotations are among the unknowns, and nothing keeps clear of anything."""
         return self._blocks is not None and not self.contacts
 
+    def resultant(self, f: Floats) -> Floats:
+        """What forces f (dofs,), N, on the nodes of the body that deforms come to (3,): not on free rigid ones."""
+        own = slice(None, None if self.impact is None else self.impact.free)
+        found: Floats = f[own].reshape(-1, 3).sum(axis=0)
+        return found
+
     def inertia(self, a: Floats) -> Floats:
         """M a (dofs,), N."""
         product: Floats = self.M @ a if self.lumped is None else self.lumped * a

@@ -24,6 +24,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.contact.pose import Posed
 from softmark.solvers.contact.touching import Touching
+from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting
 from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 STIFFER = 8.0  # times: the barrier that an impact has closed
 FLIGHT = 4.0  # steps without contact: fewer are none
+PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 STIFFEST = 1e9  # times what it was: more is no barrier for double precision
 
 
@@ -49,6 +51,8 @@ class Impact:
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
+        self.mass = 0.0  # kg, of the body that deforms
+        self.surfaces = Surfaces(self.contacts)
         self._shares: tuple[float, ...] = ()
 
     def at(self, time: float) -> Touches:
@@ -72,15 +76,20 @@ class Impact:
         shares = tuple(c.share for c in here.posed)
         moved = self.free is not None or shares != self._shares
         driven, self._shares = bool(self.log) and moved, shares
-        self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed))
+        self.surfaces.follow(here.posed, motion.x, motion.time - self.log[-1].time if self.log else 0.0)
+        acts = tuple(acting(c, motion.x) for c in here.posed)
+        self.mass = mass
+        self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed, acts))
 
     def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:
         """Take on the anchors that a step has left of a contact, and say what friction made of it."""
-        p = here.A * here.pressures(x)
-        sticks = float(p[~here.slip(x).slides].sum() / p.sum()) if p.any() else None
+        pressures, held = here.pressures(x), ~here.slip(x).slides
+        p = here.A * pressures
+        sticks = float(p[held].sum() / p.sum()) if p.any() else None
+        area = float(here.A[held & (pressures > PRESSED * pressures.max(initial=0.0))].sum())
         self.slid[i] = self.slid[i] + here.slid(x)
         self.contacts[i] = self.contacts[i].holding(here.settled(x))
-        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks)
+        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -106,11 +115,12 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses.
+    where nothing slides, None where nothing presses, and `area` what sticks of the surface at rest, m^2.
     """
 
     slip: float
     sticks: float | None
+    area: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -122,6 +132,7 @@ class Seen:
     velocity: Floats
     driven: bool = False  # rigid bodies have moved since the step before
     rubbed: tuple[Rubbed, ...] = ()  # of every contact with friction
+    acts: tuple[Acting, ...] = ()  # what every contact does over the step that ends
 
 
 @dataclass(frozen=True)

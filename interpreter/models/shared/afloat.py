@@ -104,7 +104,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
     )
     static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
     return MotionBeside(
-        static, declared, analysis, fitted, mesh, rubbing=motion.rubbing, chart=chart, names=names, dofs=dofs
+        static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs
     )
 
 
