@@ -29,7 +29,7 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
-from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
 from softmark.solvers.energies.energy import Energy, Floats, Lagging
 from softmark.solvers.mesh.interpolation import locate
 
@@ -255,6 +255,8 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["energy"] = track.balance.facts
         facts["drift_J"] = float(track.energies["drift"][-1])
+    if track.touched is not None:
+        facts["momentum"] = _momentum(track.touched)
     if track.impacts is not None:
         facts["impacts"] = [
             {"begin_s": b.begin, "end_s": b.end, "before_m_s": b.before.tolist(), "after_m_s": b.after.tolist(),
@@ -262,6 +264,19 @@ def _facts(track: Trajectory) -> dict[str, Any]:
             for b in track.impacts[:BOUNCES]
         ]  # fmt: skip
     return facts
+
+
+def _momentum(touched: Touched) -> dict[str, Any]:
+    """The balance of momentum of the body that deforms, N s: what it has gained, and what has given it that.
+
+    `off` is what is missing, relative to the largest of them: solvers leave as much, bdf2 and generalised-alpha, whose
+    steps reach back, that of a step.
+    """
+    each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
+    missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
+    most = max(float(np.linalg.norm(one)) for one in (touched.change, *touched.impulses))
+    told = {"change_Ns": touched.change.tolist()} | {name: one.tolist() for name, one in each.items()}
+    return told | {"off": missing / most if most else 0.0}
 
 
 def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
