@@ -37,7 +37,7 @@ class Acting:
     step: float = 0.0
 
     def after(self, before: Acting, step: float, given: tuple[float, float]) -> Acting:
-        """The same over a step after one `before`, with the impulse that the integrator makes of it (`Motion.given`)."""
+        """Over a step after one `before`, with the impulse that the integrator makes of it (`Motion.given`)."""
         old, new = given[0] * before.step / step, given[1]
         if not old:
             return replace(self, step=step)

@@ -118,9 +118,11 @@ class PreparedMotion:
             message = f"{refused}; take a smaller step or an implicit integrator"
             return Solution("failed", message, {"critical_step_s": refused.critical})
         except Diverged as gained:
-            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory))
+            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory, self.problem.tolerance))
         except MotionNotConverged as failure:
-            return Solution("not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory))
+            return Solution(
+                "not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory, self.problem.tolerance)
+            )
         return self._finish(track, every)
 
     def _resolution(self) -> Resolution | None:
@@ -159,7 +161,7 @@ class PreparedMotion:
             *_unresolved(self.declared, self.analysis, found),
         )
         facts = (
-            _facts(track)
+            _facts(track, self.problem.tolerance)
             | _rubbed(track, self.rubbing)
             | self._mesh_facts()
             | ({} if found is None else {"resolution": found.facts})
@@ -236,12 +238,13 @@ class _Row:
     x: Floats | None
 
 
-def _facts(track: Trajectory) -> dict[str, Any]:
-    """The `solve` part of a report."""
+def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
+    """The `solve` part of a report; of steps that rounding ended, as of a body on which no force acts, none is left."""
+    left = np.where(track.solved, np.minimum(track.residuals, tolerance), track.residuals)
     facts: dict[str, Any] = {
         "iterations": int(track.iterations.sum()),
         "steps": len(track.steps),
-        "residual": float(track.residuals.max()) if len(track.residuals) else None,
+        "residual": float(left.max()) if len(left) else None,
         "lagged": int(track.lagged.sum()),
         "fallbacks": int(track.fallbacks),
         "unsolved": int((~track.solved).sum()),
