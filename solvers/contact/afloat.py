@@ -15,7 +15,6 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, Look
-from softmark.solvers.contact.inner import Inner
 from softmark.solvers.contact.pose import exponential
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix
@@ -117,7 +116,7 @@ class Principal:
 
 
 @dataclass(frozen=True)
-class Afloat(Inner):
+class Afloat(Touching):
     """Touching of a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, seen from the body at y_p.
 
     Moments are those about the body's own axes where they are, as the equations of what turns take them; the tangent is
@@ -203,7 +202,4 @@ def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
     known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = Principal(whole, body.middle, body.axes)
-    if not isinstance(touching, Inner):
-        ones = np.ones((len(touching.nodes), 1))
-        known |= {"of": touching.nodes[:, None], "shares": ones, "at_rest": touching.X}
     return Afloat(**known | {"posed": lambda share: seen}, chart=chart, which=which)

@@ -48,7 +48,7 @@ class Acting:
 def acting(contact: Any, x: Floats) -> Acting:
     """Of a contact where it is, in the state at the end of a step."""
     push, gaps = contact.pushes(x), contact.gaps(x)
-    sizes, arms = np.linalg.norm(push, axis=1), (contact.spots(x), contact.resting)
+    sizes, arms = np.linalg.norm(push, axis=1), (contact.spots(x), contact.at_rest)
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])
