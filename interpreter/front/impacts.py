@@ -34,7 +34,7 @@ def asked(scene: Scene) -> Iterator[Diagnostic]:
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     moving = analysis is not None and isinstance(analysis.thing, Dynamic)
     for metric in scene.of_kind("metric").values():
-        if not isinstance(metric.thing, OfForces):
+        if not (isinstance(metric.thing, OfForces) and metric.thing.followed):
             continue
         if not moving and metric.thing.when != "end":
             yield diagnostic(
