@@ -185,7 +185,7 @@ class Afloat(Touching):
         self._add(x, near, K, data, slots, scale)
 
     def _seeing(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
-        """The body's axes P, and how it sees points (k,) move: S (k, 3, 9) of ways of these, of its own and its turn."""
+        """The body's axes P, and how it sees points (k,) move: S (k, 3, 9) of their ways, its own and its turn."""
         P = self.chart.axes(self.which, x)
         to = np.broadcast_to(P.T, (len(near), 3, 3))
         return P, np.concatenate([to, -to, cross_matrix(self.places(x)[near])], axis=2)

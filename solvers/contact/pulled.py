@@ -1,4 +1,4 @@
-"""What pulls at free rigid bodies and turns them: forces at points of theirs, and moments, that keep their direction."""
+"""What pulls at free rigid bodies and turns them: forces at points of them, and moments, that keep direction."""
 
 from __future__ import annotations
 

@@ -195,7 +195,8 @@ def test_a_stone_that_is_pushed_and_turned(integrator: str) -> None:
 def test_a_free_plate_slides_until_friction_has_its_speed() -> None:
     """On a slab that deforms it stops after v^2 / (2 mu g), to 1 % of implicit Euler at these steps, and stays.
 
-    The slab is pulled along by mu N meanwhile, to 1e-3 as the plate leans by 1e-4; it bears the weight of the plate, to 1 %, in the mean.
+    The slab is pulled along by mu N meanwhile, to 1e-3 as the plate leans by 1e-4; it bears its weight, to 1 %, in the
+    mean.
     """
     text = """softmark 1
 scene "a free plate on a slab"
