@@ -15,7 +15,6 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, Look
-from softmark.solvers.contact.inner import Inner
 from softmark.solvers.contact.pose import exponential
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix
@@ -117,7 +116,7 @@ class Principal:
 
 
 @dataclass(frozen=True)
-class Afloat(Inner):
+class Afloat(Touching):
     """Touching of a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, seen from the body at y_p.
 
     Moments are those about the body's own axes where they are, as the equations of what turns take them; the tangent is
@@ -139,9 +138,17 @@ class Afloat(Inner):
         body = np.broadcast_to(self.free.first + np.arange(6), (len(self.of), 6))
         return np.hstack([self.carried, body])
 
+    def spots(self, x: Floats) -> Floats:
+        """Where they are in space (p, 3), m."""
+        return super().places(x)
+
     def places(self, x: Floats) -> Floats:
         """Where they are as seen from the body, about its axes (p, 3), m."""
-        found: Floats = (super().places(x) - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
+        return self.seen(self.spots(x), x)
+
+    def seen(self, where: Floats, x: Floats) -> Floats:
+        """Points of space (n, 3), m, as seen from the body, about its axes."""
+        found: Floats = (where - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
     def pushes(self, x: Floats) -> Floats:
@@ -195,7 +202,4 @@ def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
     known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = Principal(whole, body.middle, body.axes)
-    if not isinstance(touching, Inner):
-        ones = np.ones((len(touching.nodes), 1))
-        known |= {"of": touching.nodes[:, None], "shares": ones, "at_rest": touching.X}
     return Afloat(**known | {"posed": lambda share: seen}, chart=chart, which=which)
