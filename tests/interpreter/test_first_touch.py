@@ -103,6 +103,7 @@ print(json.dumps([status, seen, "numba" in sys.modules]))
 """
 
 
+@pytest.mark.slow
 def test_a_rod_imports_nothing_while_its_clock_runs(tmp_path: Path) -> None:
     """Of 89 ms that a rod of 40 segments was said to take, 77 were imports; its way passes an indefinite tangent."""
     import json
@@ -115,6 +116,7 @@ def test_a_rod_imports_nothing_while_its_clock_runs(tmp_path: Path) -> None:
     assert not any(imported)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timeout", [None, "20"])
 def test_nothing_is_searched_for_among_modules_and_no_thread_waits_awake(tmp_path: Path, timeout: str | None) -> None:
     """A tenth of a short run went into the former, as much into the latter; the user's own word on threads stays."""
