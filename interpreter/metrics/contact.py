@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.metric import WHEN, OfForces, When
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -20,6 +20,8 @@ else:
 
 class OfContact(OfForces):
     """One of a contact."""
+
+    of_surface = True
 
     if TYPE_CHECKING:
         of: str
@@ -53,6 +55,7 @@ class ContactArea(OfContact):
     """
 
     of: Annotated[str, "contact", "the contact"]
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m^2"
 
@@ -80,6 +83,7 @@ class ContactPressure(OfContact):
     at: Annotated[
         tuple[float, float, float] | None, "m", "a point of the surface, by its coordinates before deformation"
     ] = None
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "Pa"
 
@@ -120,8 +124,13 @@ class ContactGap(OfContact):
     """
 
     of: Annotated[str, "contact", "the contact"]
+    over: Annotated[
+        Literal["end", "least", "mean"],
+        "in a motion: its value at the end, the least of all times, or the mean over time",
+    ] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m"
+    extreme: ClassVar[str] = "least"
 
     def amount(self, rest: AtRest) -> Floats:
         """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.metric import WHEN, OfForces, When
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ class Force(OfForces):
 
     of: Annotated[str, "support or contact", "the support, or the contact"]
     along: Annotated[tuple[float, float, float], "direction", "the direction, `+z` for a pull upwards"]
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "N"
 

@@ -26,6 +26,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 Floats = NDArray[np.float64]
 SAMPLES = 5000  # of a metric that a report keeps
 DRAWN = 400  # points of a curve that it keeps
+FOLLOWED = 2000  # of one over time, which is asked for its value at a time
 
 
 def metrics_of(
@@ -115,7 +116,7 @@ def _some(samples: Floats) -> tuple[float, ...]:
 
 def _drawn(course: Course) -> SeenCurve:
     """A course as a report keeps it: some of its points, each end among them."""
-    chosen = picked(len(course.x), DRAWN)
+    chosen = picked(len(course.x), FOLLOWED if course.units[0] == "s" else DRAWN)
     known = None if course.known is None else course.known[chosen]
     return SeenCurve(course.x[chosen], course.y[chosen], course.units, known=known)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.metric import WHEN, OfForces, When
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ class Moment(OfForces):
     of: Annotated[str, "support or contact", "the support, or the contact"]
     along: Annotated[Vector3, "direction", "the axis, right-handed"]
     about: Annotated[Vector3 | None, "m", "a point of the axis; without it the middle of what is held"] = None
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "N*m"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.contact import OfContact
+from softmark.interpreter.metrics.metric import WHEN, When
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -38,6 +39,7 @@ class Slip(OfFriction):
     """
 
     of: Annotated[str, "contact", "the contact"]
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m"
 
@@ -60,6 +62,7 @@ class StickArea(OfFriction):
     """
 
     of: Annotated[str, "contact", "the contact"]
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m^2"
 

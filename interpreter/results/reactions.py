@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Protocol
 
@@ -125,6 +125,13 @@ class Pressed(Protocol):
         """`pressure`, Pa, and `gap`, m, at all nodes of the mesh (n,): nothing and not a number beyond the surface."""
 
 
+class States(Protocol):
+    """What contacts come to over time."""
+
+    def states(self, surface: bool) -> tuple[NDArray[np.float64], Iterator[AtRest]]:
+        """Times (t,), s, with what is known at each: at all, or at those at which the surface is known as well."""
+
+
 class Fluid(Protocol):
     """The fluid in a porous body."""
 
@@ -144,9 +151,11 @@ class Fluid(Protocol):
 class AtRest:
     """What a state of rest says of forces: reactions and works of loads by name, and the strain energy, J.
 
+    Of a motion it says at its end, and has `followed` for the times before, what contacts do and nothing else.
+
     The work of a load at full size is None where it depends on the way. `acting` is the largest load, by the sizes of
     its forces at nodes, or reaction, N; `moved` the largest displacement of a node, and `extent` that of the body, m.
-    `reason` says why nothing is known.
+    `reason` says why nothing is known, but of what has a reaction here.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)
@@ -160,3 +169,8 @@ class AtRest:
     fluid: Fluid | None = None  # of a porous body
     touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to, by name
     off: float | None = None  # of a theory: how far its forces may be off for what it leaves out, relative
+    followed: States | None = None  # in a motion
+
+    def knows(self, name: str | None) -> bool:
+        """Whether anything is known of a support or contact, or where none is named of the whole body."""
+        return self.reason is None or name in self.reactions

@@ -138,9 +138,17 @@ class Afloat(Touching):
         body = np.broadcast_to(self.free.first + np.arange(6), (len(self.of), 6))
         return np.hstack([self.carried, body])
 
+    def spots(self, x: Floats) -> Floats:
+        """Where they are in space (p, 3), m."""
+        return super().places(x)
+
     def places(self, x: Floats) -> Floats:
         """Where they are as seen from the body, about its axes (p, 3), m."""
-        found: Floats = (super().places(x) - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
+        return self.seen(self.spots(x), x)
+
+    def seen(self, where: Floats, x: Floats) -> Floats:
+        """Points of space (n, 3), m, as seen from the body, about its axes."""
+        found: Floats = (where - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
     def pushes(self, x: Floats) -> Floats:

@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from softmark.records import dataclass
@@ -215,6 +216,15 @@ class Colliding(Wandering):
         g = self._potential.gradient(pairs, self._sampled, V)
         g[: corners.size] += self._faint.gradient(guard, self._surface, corners)
         found: Floats = np.asarray(g).reshape(V.shape) / self._unit
+        return found
+
+    def stored(self, x: Floats) -> float:
+        """What it gives back, J."""
+        return self.value(x)
+
+    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+        """Which samples (p,) something presses on."""
+        found: NDArray[np.bool_] = self.forces(x)[self.skin.corners :].any(axis=1)
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:

@@ -142,6 +142,10 @@ class Sliding(Wandering):
         """The same with an energy, of what presses in a state, of which `before` was the law."""
         return replace(self, lag=(before or self).hold(x), dual=Dual(), conservative=True)
 
+    def known(self, x: Floats, before: Sliding) -> Sliding:
+        """The same with an energy, and a tangent that remembers what it promised: for one descent."""
+        return self.lagged(x, before)
+
     def softened(self, soft: float) -> Sliding:
         """Itself: its barrier stops no step that is short of its surface."""
         return self
@@ -165,7 +169,25 @@ class Sliding(Wandering):
         u = np.array(x, dtype=np.float64)[: skin.M.shape[1]]
         return Since(u, s, n), slid, float(slip.t @ slip.slid)
 
+    def holding(self, since: Since) -> Sliding:
+        """The same from what another state has left on."""
+        return replace(self, since=since)
+
+    def lost(self, x: Floats) -> float:
+        """What friction has turned into heat since the state before, J: never negative."""
+        slip = self.hold(x).slip(x, self.friction)
+        return float(slip.t @ slip.slid)
+
+    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+        """Which samples (p,) something presses on."""
+        return self.pressing.pressed(x)
+
     # ------------------------------------------------------------------ energy
+
+    def stored(self, x: Floats) -> float:
+        """What the barrier gives back, and springs of what sticks, J."""
+        slip = self.hold(x).slip(x, self.friction)
+        return self.pressing.value(x) + 0.5 * float(slip.t @ slip.stretched)
 
     def value(self, x: Floats) -> float:
         """What the barrier stores, and of a lag what friction does, J; infinite where surfaces intersect."""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.contact.gaps.gap import Gap, Look
 
+SAME = 1e-9  # of shape functions: what is less is nothing
+
 
 @dataclass(frozen=True)
 class Touching(Energy):
@@ -126,6 +128,30 @@ class Touching(Energy):
         u = np.asarray(x, dtype=np.float64)[self.carried].reshape(*self.of.shape, 3)
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
+
+    def spots(self, x: Floats) -> Floats:
+        """Where its points are in space (p, 3), m, from wherever they are looked at."""
+        return self.places(x)
+
+    @cached_property
+    def _alone(self) -> tuple[Ints, Ints]:
+        """Points that are nodes (k,), and which of the nodes these are (k,)."""
+        points = np.flatnonzero(self.shares.max(axis=1) > 1.0 - SAME)
+        own = self.of[points, self.shares[points].argmax(axis=1)]
+        known = np.isin(own, self.nodes)
+        return points[known], np.searchsorted(self.nodes, own[known])
+
+    def nodal_gaps(self, x: Floats) -> Floats:
+        """Of its nodes (m,), m: those of points that are nodes among them."""
+        where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
+        found = self.body.gap(self.seen(where * (1.0, 1.0, 0.0) if self.flat else where, x))
+        points, which = self._alone
+        found[which] = self.gaps(x)[points]
+        return found
+
+    def seen(self, where: Floats, x: Floats) -> Floats:
+        """Points of space (n, 3), m, as the gap takes them."""
+        return where
 
     def gaps(self, x: Floats) -> Floats:
         """Of its points (p,), m."""

@@ -30,6 +30,7 @@ class Entry:
     contact: float | None = None  # what the barriers of contacts store; None where there are none
     contact_work: float = 0.0  # of rigid bodies that move
     friction: float | None = None  # what friction has turned into heat; None where nothing rubs
+    impulses: Floats | None = None  # (4, 3) N s, of contacts, loads, supports and damping; None where there are none
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -60,7 +61,8 @@ def open_entry(system: System, motion: Motion) -> Entry:
     here = Entry(motion, system.forces.within(motion.x), kinetic, strain, muscle_work=muscle)
     if (impact := system.forces.impact) is None:
         return here
-    return replace(here, contact=_stored(system, motion), friction=0.0 if impact.rubs else None)
+    rubbed = 0.0 if impact.rubs else None
+    return replace(here, contact=_stored(system, motion), friction=rubbed, impulses=np.zeros((4, 3)))
 
 
 def _stored(system: System, motion: Motion) -> float | None:
@@ -84,11 +86,12 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     if (impact := system.forces.impact) is not None:
         since, touches = impact.at(last.motion.time), impact.at(motion.time)
         contact_work += touches.work(motion.x, since)
-        reaction += touches.gradient(motion.x)
+        reaction += (c := touches.gradient(motion.x))
         heat = touches.lost(motion.x) if impact.rubs else 0.0
         friction = None if friction is None else friction + heat
         pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work) + heat
     fixed = system.forces.fixed
+    impulses = None if impact is None else last.impulses + h * _sums(system, -c, -pushed, reaction, -drag)
     load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])
     damping = last.damping + float(drag @ way)
@@ -107,7 +110,15 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
         muscle_work=muscle,
         contact_work=contact_work,
         friction=friction,
+        impulses=impulses,
     )
+
+
+def _sums(system: System, contacts: Floats, loads: Floats, reaction: Floats, drag: Floats) -> Floats:
+    """What acts on the body that deforms (4, 3), N: forces on degrees of freedom, of supports where they hold."""
+    held = np.zeros_like(reaction)
+    held[system.forces.fixed] = reaction[system.forces.fixed]
+    return np.array([system.forces.resultant(f) for f in (contacts, loads, held, drag)])
 
 
 def _pulled(system: System, last: Entry, way: Floats, motion: Motion, factors: Floats) -> float | None:

@@ -103,9 +103,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
         turning=Turning(chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])),
     )
     static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
-    return MotionBeside(
-        static, declared, analysis, fitted, mesh, rubbing=motion.rubbing, chart=chart, names=names, dofs=dofs
-    )
+    return MotionBeside(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
 
 
 def _free(touch: Touch, first: int) -> Free:

@@ -36,6 +36,7 @@ from softmark.solvers.mesh.interpolation import locate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from softmark.interpreter.models.answers.followed import Followed
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Statics, Watch
 
@@ -56,7 +57,17 @@ class PreparedMotion:
     analysis: Dynamic
     problem: Dynamics
     mesh: Mesh | None
-    rubbing: tuple[str, ...] = field(default=(), kw_only=True)  # contacts with friction, in the order of the scene
+    case: Case | None = field(default=None, kw_only=True)  # of what may touch
+
+    @property
+    def touching(self) -> tuple[str, ...]:
+        """The contacts, in the order of the scene."""
+        return () if self.case is None else tuple(touch.name for touch in self.case.contacts)
+
+    @property
+    def rubbing(self) -> tuple[str, ...]:
+        """Those with friction."""
+        return () if self.case is None else tuple(t.name for t in self.case.contacts if t.thing.friction)
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -154,7 +165,17 @@ class PreparedMotion:
             | ({} if found is None else {"resolution": found.facts})
         )
         status: Status = "capped" if missed else "converged"
-        return Solution(status, message, facts, notes=notes, history=history, **shown)
+        return Solution(status, message, facts, notes=notes, history=history, followed=self._followed(track), **shown)
+
+    def _followed(self, track: Trajectory) -> Followed | None:
+        """What contacts do; None where there are none."""
+        if track.touched is None or self.mesh is None or self.case is None:
+            return None
+        from softmark.interpreter.models.answers.followed import Followed
+
+        own: list[Any] = [load for load in self.problem.assembly.loads if load.driven]
+        small = vars(self.declared.thing).get("strain") == "small"
+        return Followed(self.case, dict(zip(self.touching, own, strict=True)), self.mesh.points, track, small)
 
     def _state(self, motion: Motion) -> Floats:
         """What is kept of a motion: displacements of the nodes (3 n,), or what others make these of."""
@@ -386,8 +407,7 @@ def in_motion(
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,
     )
-    rubbing = tuple(touch.name for touch in case.contacts if touch.thing.friction)
-    return PreparedMotion(static, declared, analysis, problem, mesh, rubbing=rubbing)
+    return PreparedMotion(static, declared, analysis, problem, mesh, case=case)
 
 
 def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
