@@ -69,7 +69,7 @@ class PreparedMotion:
     @property
     def rubbing(self) -> tuple[str, ...]:
         """Those with friction, and after them pairs that have it."""
-        meet: tuple[Declared, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
+        meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
         return tuple(touch.name for touch in meet if touch.thing.friction)
 
     @property
