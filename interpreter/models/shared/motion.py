@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared import outside
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case, Fault, Touch
@@ -30,7 +31,7 @@ from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
-from softmark.solvers.energies.energy import Energy, Floats, Lagging
+from softmark.solvers.energies.energy import Energy, Floats, Lagging, Wandering
 from softmark.solvers.mesh.interpolation import locate
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
+LOOKED = 10  # of them in which faces that pass through each other are looked for, by a test that takes long
 MOMENTS = 200  # of the energies that a report keeps
 BOUNCES = 50  # impacts that a report keeps
 KEEPS = "trapezoidal"  # the integrator that takes least energy
@@ -66,8 +68,9 @@ class PreparedMotion:
 
     @property
     def rubbing(self) -> tuple[str, ...]:
-        """Those with friction."""
-        return () if self.case is None else tuple(t.name for t in self.case.contacts if t.thing.friction)
+        """Those with friction, and after them pairs that have it."""
+        meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
+        return tuple(touch.name for touch in meet if touch.thing.friction)
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -154,18 +157,20 @@ class PreparedMotion:
         missed = int((~track.solved).sum())
         message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
         found = self._resolution()
-        notes = (
-            *_events(self.declared, track),
-            *_unbalanced(self.declared, self.analysis, track),
-            *_came_back(self.declared, track, self.problem),
-            *_unresolved(self.declared, self.analysis, found),
-        )
         facts = (
             _facts(track, self.problem.tolerance)
             | _rubbed(track, self.rubbing)
             | self._mesh_facts()
-            | ({} if found is None else {"resolution": found.facts})
+            | self._crossings(shown["mesh"])
         )
+        notes = (
+            *_events(self.declared, track),
+            *outside.passing(self.declared, facts),
+            *_unbalanced(self.declared, self.analysis, track),
+            *_came_back(self.declared, track, self.problem),
+            *_unresolved(self.declared, self.analysis, found),
+        )
+        facts |= {} if found is None else {"resolution": found.facts}
         status: Status = "capped" if missed else "converged"
         return Solution(status, message, facts, notes=notes, history=history, followed=self._followed(track), **shown)
 
@@ -197,6 +202,14 @@ class PreparedMotion:
         some = picked(len(times), FRAMES)
         mesh = Deformed(body, nodes[-1], times[some], nodes[some])
         return {"course": course, "displacement": displacement_of(body, nodes[-1]), "mesh": mesh}
+
+    def _crossings(self, mesh: Any) -> dict[str, Any]:
+        """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
+        if not self.problem.meets:
+            return {}
+        static: Any = self.static  # of finite elements: nothing else has such contacts
+        known = [outside.crossings(static.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
+        return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
     def _mesh_facts(self) -> dict[str, Any]:
         return {} if self.mesh is None else mesh_facts(self.mesh)
@@ -406,6 +419,8 @@ def in_motion(
     driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
     ways = [course_of_rigid(touch) for touch in case.contacts]
     contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
+    meets = [energy for energy in internal if isinstance(energy, Wandering)]
+    internal = [energy for energy in internal if not isinstance(energy, Wandering)]
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
         mass,
@@ -424,6 +439,7 @@ def in_motion(
         pulling=pulling,
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,
+        meets=(*meets,),
     )
     return PreparedMotion(static, declared, analysis, problem, mesh, case=case)
 
