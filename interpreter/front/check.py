@@ -74,8 +74,8 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if condition is None or body is None or rigid(body) or body.thing.shape.bounds is None:
             continue
         if declared.kind == "load" and "where" not in declared.fields:  # all of a rigid body alone
-            help = declared.constructor.field("where").meaning
-            yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete", help)
+            yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
+                             "which part of its surface, by coordinates before deformation")  # fmt: skip
             continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
