@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.evidence.contact_error import ROUNDED, beyond
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.language.conditions import EVERYWHERE
@@ -86,4 +87,22 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
                 f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
                 "it may have gone through between them: use cells as fine as the least radius of what presses",
+            )
+
+
+def contradicted(declared: Declared, rest: AtRest) -> Iterator[Diagnostic]:
+    """A warning for each contact whose force is more than its area and its greatest pressure come to."""
+    for name, touch in rest.touches.items() if rest.reason is None else ():
+        if (times := beyond(touch)) > ROUNDED:
+            area, most = (
+                units.show(rounded(touch.area, 3), units.AREA),
+                units.show(rounded(touch.pressure, 3), units.PRESSURE),
+            )
+            yield diagnostic(
+                "W660",
+                declared.at("size" if "size" in declared.fields else ""),
+                f"`{name}` presses with {rounded(times, 2):g} times what its area of {area} and its greatest pressure"
+                f" of {most} come to, in `{declared.name}`",
+                "too coarse for an area or a pressure",
+                "use smaller cells, so that a few of them touch: the force is off as well, if by less",
             )

@@ -100,9 +100,9 @@ def solve(work: Work, name: str) -> None:
     )
     work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
     if case.contacts:
-        from softmark.interpreter.evidence.contact_notes import cut_in
+        from softmark.interpreter.evidence.contact_notes import contradicted, cut_in
 
-        work.warn((), here=tuple(cut_in(declared, case, rest, solution.facts)))
+        work.warn((), here=(*cut_in(declared, case, rest, solution.facts), *contradicted(declared, rest)))
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
