@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.contact.gaps.gap import Gap, Look
 
-SAME = 1e-9  # of a share: a point that has all but so much of a node is the node
+SAME = 1e-9  # of shape functions: what is less is nothing
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Touching(Energy):
         return points[known], np.searchsorted(self.nodes, own[known])
 
     def nodal_gaps(self, x: Floats) -> Floats:
-        """Of its nodes (m,), m, whatever its points are: those of points that are nodes among them."""
+        """Of its nodes (m,), m: those of points that are nodes among them."""
         where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
         found = self.body.gap(self.seen(where * (1.0, 1.0, 0.0) if self.flat else where, x))
         points, which = self._alone

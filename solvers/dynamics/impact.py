@@ -89,8 +89,11 @@ class Impact:
         shares = tuple(c.share for c in here.posed)
         moved = self.free is not None or shares != self._shares
         driven, self._shares = bool(self.log) and moved, shares
-        self.surfaces.follow(here.posed, motion.x, motion.time - self.log[-1].time if self.log else 0.0)
-        acts = tuple(acting(c, motion.x) for c in here.posed)
+        step, acts = 0.0, tuple(acting(c, motion.x) for c in here.posed)
+        if self.log:
+            step = motion.time - self.log[-1].time
+            acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
+        self.surfaces.follow(here.posed, motion.x, step)
         self.mass = mass
         self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed, acts))
 

@@ -210,6 +210,7 @@ def dropped(law: Maker, elastic: Energies, name: str) -> tuple[Dynamics, Touchin
     return made, edge
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "steps"),
     [("implicit_euler", 50), pytest.param("generalized_alpha", 2000, marks=pytest.mark.slow)],
