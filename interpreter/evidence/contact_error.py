@@ -82,7 +82,7 @@ def at_least(seen: ProbeAnswer) -> float | None:
 
     Raises Unknown where it is more than all of it.
     """
-    from softmark.interpreter.evidence.kinds.voucher import HOPELESS
+    from softmark.interpreter.evidence.orders import HOPELESS
     from softmark.interpreter.evidence.probe_answers import Unknown
     from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
     from softmark.interpreter.metrics.pressure_along import PressureAlong

@@ -94,10 +94,8 @@ def contradicted(declared: Declared, rest: AtRest) -> Iterator[Diagnostic]:
     """A warning for each contact whose force is more than its area and its greatest pressure come to."""
     for name, touch in rest.touches.items() if rest.reason is None else ():
         if (times := beyond(touch)) > ROUNDED:
-            area, most = (
-                units.show(rounded(touch.area, 3), units.AREA),
-                units.show(rounded(touch.pressure, 3), units.PRESSURE),
-            )
+            area = units.show(rounded(touch.area, 3), units.AREA)
+            most = units.show(rounded(touch.pressure, 3), units.PRESSURE)
             yield diagnostic(
                 "W660",
                 declared.at("size" if "size" in declared.fields else ""),
