@@ -69,12 +69,13 @@ def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0
 
 
-def beyond(touch: Touch) -> float:
-    """What presses over area times greatest pressure: no more than 1, whatever presses; 0 where nothing does."""
+def beyond(touch: Touch) -> float | None:
+    """What presses over area times largest pressure, where it is more than 1: no pressure is like that."""
     field: Any = touch.field
     if field is None or not touch.area * touch.pressure > 0.0:
-        return 0.0
-    return abs(float(field.pressing.f.sum())) / (touch.area * touch.pressure)
+        return None
+    found = abs(float(field.pressing.f.sum())) / (touch.area * touch.pressure)
+    return found if found > ROUNDED else None
 
 
 def at_least(seen: ProbeAnswer) -> float | None:
@@ -90,8 +91,8 @@ def at_least(seen: ProbeAnswer) -> float | None:
     metric, rest = seen.metric, seen.at_rest
     if not isinstance(metric, ContactArea | ContactPressure | PressureAlong) or rest is None:
         return None
-    times = beyond(rest.touches[metric.of]) if metric.of in rest.touches else 0.0
-    if times <= ROUNDED:
+    times = beyond(rest.touches[metric.of]) if metric.of in rest.touches else None
+    if times is None:
         return None
     if PEAK * times - 1.0 > HOPELESS:
         raise Unknown(f"the mesh is too coarse: the force is {times:.2g} times the area and the greatest pressure")

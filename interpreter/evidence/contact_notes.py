@@ -6,17 +6,19 @@ much wrong, and is that part of the stated error.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.evidence.contact_error import ROUNDED, beyond
+from softmark.interpreter.evidence.contact_error import beyond
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
+from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.problem.parts.surface import loaded
 from softmark.solvers.contact.gaps import gap_of
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import ProbeAnswer
     from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.metrics.metric import Metric
     from softmark.interpreter.problem.case import Case, Touch
     from softmark.interpreter.results.reactions import AtRest
     from softmark.solvers.mesh.mesh import Mesh
@@ -90,10 +93,12 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
             )
 
 
-def contradicted(declared: Declared, rest: AtRest) -> Iterator[Diagnostic]:
-    """A warning for each contact whose force is more than its area and its greatest pressure come to."""
-    for name, touch in rest.touches.items() if rest.reason is None else ():
-        if (times := beyond(touch)) > ROUNDED:
+def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
+    """A warning for each contact whose area or pressure is asked, and whose force is more than these come to."""
+    asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
+    for name in sorted(asked & set(rest.touches)) if rest.reason is None else ():
+        touch = rest.touches[name]
+        if (times := beyond(touch)) is not None:
             area = units.show(rounded(touch.area, 3), units.AREA)
             most = units.show(rounded(touch.pressure, 3), units.PRESSURE)
             yield diagnostic(
