@@ -171,7 +171,8 @@ class Pressing:
         """
         h = np.linalg.norm(self.x[touching] - self.x[free], axis=1)
         a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
-        b = (0.75 * self.modulus * np.maximum(self.g[free], 0.0)) ** (2.0 / 3.0)
+        g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # what is held beside it has none
+        b = (0.75 * self.modulus * g) ** (2.0 / 3.0)
         c = np.minimum(np.cbrt(h / a), h / np.maximum(b, 1e-300))
         for _ in range(NEWTON):
             c = c - (a * c**3 + b * c - h) / (3.0 * a * c * c + b)

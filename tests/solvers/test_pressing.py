@@ -62,6 +62,15 @@ def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most
     assert own.largest == pytest.approx(1.0, rel=most)
 
 
+def test_beside_what_is_held_the_area_is_a_number() -> None:
+    """Nodes that supports hold have no gap: facets up to them count as pressed, 16 m^2 of them all."""
+    points, facets = top("hex8", 1.0)
+    held = points[:, 0] < -2.0 + 1e-9
+    f = np.where(held, 0.0, forces(points, facets, np.full((len(facets), 100), 7.0)))
+    own = Pressing(facets, points, f, np.where(held, np.inf, 0.0), 1.0)
+    assert own.area == pytest.approx(16.0, rel=1e-3)
+
+
 @pytest.mark.parametrize("defect", [0.2, -0.08])
 def test_what_an_axis_has_too_much_goes_back_to_its_ring(defect: float) -> None:
     """Of p = 1 - r^2 / 50 on rings of 1 m: the axis to 1 % of p(0), and no force is lost.
