@@ -15,7 +15,7 @@ from datetime import date
 import pytest
 
 PARTS = 3  # days in which all cases are walked
-WHOLE = "SOFTMARK_WHOLE" in os.environ
+WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
 DAY = date.fromisoformat(
     os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat())
 )  # workers are told, at midnight too
