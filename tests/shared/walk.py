@@ -2,7 +2,8 @@
 
 A sweep is one test with three slow cases or more, be they drawn or listed: they look for exceptions to one law, which
 its first cases hold up already. SOFTMARK_DAY=2026-11-23 walks again what was walked on a day. Reports of scenes are no
-sweep: each scene is judged every time, but for those that take longest, of which each has its day.
+sweep: each scene is judged every time, but for those that take longest, of which each has its day; and so have other
+tests that take over ten seconds of CPU, which are marked `long`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ DAY = date.fromisoformat(
     os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat())
 )  # workers are told, at midnight too
 TODAY = DAY.toordinal() % PARTS
-LONGEST = ("ironing", "silicone-beam-as-published", "half-spheres")  # scenes that run for over half a minute of CPU
+LONGEST = (  # scenes that run for over a quarter of a minute of CPU
+    "ironing", "silicone-beam-as-published", "half-spheres",
+    "silicone-beam-scanned", "pin-on-a-membrane", "sphere-on-gel",
+)  # fmt: skip
 
 
 def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
@@ -28,7 +32,9 @@ def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pyte
     sweeps: dict[str, list[pytest.Item]] = defaultdict(list)
     later = set()
     for item in slow:
-        if "report_of" not in getattr(item, "fixturenames", ()):
+        if item.get_closest_marker("long"):
+            sweeps["long"].append(item)
+        elif "report_of" not in getattr(item, "fixturenames", ()):
             sweeps[item.nodeid.partition("[")[0]].append(item)
         elif (scene := scene_of(item.nodeid)) in LONGEST and LONGEST.index(scene) % PARTS != TODAY:
             later.add(item)
