@@ -17,9 +17,7 @@ import pytest
 
 PARTS = 3  # days in which all cases are walked
 WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
-DAY = date.fromisoformat(
-    os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat())
-)  # workers are told, at midnight too
+DAY = date.fromisoformat(os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat()))  # workers get it, at midnight
 TODAY = DAY.toordinal() % PARTS
 LONGEST = (  # scenes that run for over a quarter of a minute of CPU
     "ironing", "silicone-beam-as-published", "half-spheres",
