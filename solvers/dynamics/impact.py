@@ -105,17 +105,17 @@ class Impact:
         area = float(here.A[held & (pressures > PRESSED * pressures.max(initial=0.0))].sum())
         self.slid[i] = self.slid[i] + here.slid(x)
         self.contacts[i] = self.contacts[i].holding(here.settled(x))
-        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area)
+        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area, here.lost(x))
 
     def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
         """The same of surfaces that both deform."""
         hold = here.hold(x)
-        since, slid, _ = here.settled(x)
+        since, slid, heat = here.settled(x)
         N = hold.N
         sticks = float(N[~hold.slip(x, here.friction).slides].sum() / N.sum()) if N.any() else None
         self._met[i] = whole = self._met[i] + slid
         self.meets[i] = here.holding(since)
-        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks)
+        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks, heat=heat)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -141,12 +141,14 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses, and `area` what sticks of the surface at rest, m^2.
+    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `heat` what
+    friction has made of the step that ends, J.
     """
 
     slip: float
     sticks: float | None
     area: float = 0.0
+    heat: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -262,7 +264,7 @@ class Touches:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place in it."""
+        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place there."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J

@@ -40,16 +40,17 @@ class Followed:
 
     @cached_property
     def _acts(self) -> list[list[Floats]]:
-        """Of each contact (n + 1, ...): forces, moments and middles."""
+        """Of each contact (n + 1, 3): forces, moments, and the middles of the same forces; the origin of none."""
         acts, arm = self._touched.acts, int(self.small)
         found = []
         for k in range(len(self.contacts)):
             own = [seen[k] for seen in acts]
-            f, m = np.array([a.force for a in own]), np.array([a.moments[arm] for a in own])
-            at = np.array([a.middles[arm] for a in own])
+            each = [(a.force, a.moments[arm], a.arms[arm], np.array([a.size])) for a in own]
+            f, m, arms, size = (in_time(self.track.steps, np.array(values)) for values in zip(*each, strict=True))
+            at = arms / np.where(size > 0.0, size, 1.0)
             if self.case.depth:
                 f, m, at = f * AXIAL, 0.0 * m, at * AXIAL
-            found.append([in_time(self.track.steps, f), in_time(self.track.steps, m), at])
+            found.append([f, m, at])
         return found
 
     @property
@@ -105,8 +106,7 @@ class Followed:
         if name not in rubbing:
             return None
         own = self.track.rubbed[i][rubbing.index(name)]
-        heat = np.diff(self.track.energies["friction"], prepend=0.0)[i]
-        return Friction(own.slip, own.sticks or 0.0, own.area, float(heat))
+        return Friction(own.slip, own.sticks or 0.0, own.area, own.heat)
 
 
 class _Touches(Mapping[str, Touch]):
