@@ -264,7 +264,7 @@ class Touches:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place there."""
+        """J (free, free) with scale times the stiffness of surfaces that meet: it couples what has no place there."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J

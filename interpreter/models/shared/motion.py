@@ -285,8 +285,8 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 def _momentum(touched: Touched) -> dict[str, Any]:
     """The balance of momentum of the body that deforms, N s: what it has gained, and what has given it that.
 
-    `off` is what is missing, relative to the largest of them: solvers leave as much, bdf2 and generalised-alpha, whose
-    steps reach back, that of a step.
+    `off` is what is missing, relative to the largest of them: solvers leave as much; where supports hold, bdf2 and
+    generalised-alpha, whose steps reach back, and implicit Euler, which has the forces of their ends, that of a step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
