@@ -232,11 +232,11 @@ class Touches:
 
     def value(self, x: Floats) -> float:
         """What the barriers store, J; infinite where surfaces that both deform intersect."""
-        return sum(c.value(x) for c in self.every)
+        return sum(float(c.value(x)) for c in self.every)
 
     def stored(self, x: Floats) -> float:
         """What they give back, J: with friction less than their value."""
-        return sum(c.stored(x) for c in self.every)
+        return sum(float(c.stored(x)) for c in self.every)
 
     def lost(self, x: Floats) -> float:
         """What friction turns into heat over a step that ends in x, J."""
@@ -245,11 +245,11 @@ class Touches:
     def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
         """With an energy, by pressures of a state, of which those `before` were the law."""
         was = self if before is None else before
-        rigid, soft = (
-            [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
-            for own, others in ((self.posed, was.posed), (self.meets, was.meets))
-        )
-        return Touches(rigid, self.slots, soft)
+
+        def each(own: Sequence[Any], others: Sequence[Any]) -> list[Any]:
+            return [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
+
+        return Touches(each(self.posed, was.posed), self.slots, each(self.meets, was.meets))
 
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""
@@ -275,7 +275,7 @@ class Touches:
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the forces, N."""
-        return sum(c.rounding(x) for c in self.every)
+        return sum(float(c.rounding(x)) for c in self.every)
 
     def places(self, x: Floats) -> list[Place]:
         """Where the points are as seen from each rigid body."""
