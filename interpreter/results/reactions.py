@@ -100,17 +100,20 @@ class Touched(Plain):
     """What a report says of a contact: what it comes to, and its force and moment on the body that deforms.
 
     `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known. `taken`
-    is the area of the facets that may touch over that of what the contact selects; None where it selects all.
+    is the area of the facets that may touch over that of what the contact selects; None where it selects all. `beyond`
+    is what presses over area times largest pressure, where a coarse mesh makes it more than 1.
     """
 
     touch: Touch
     reaction: Reaction
     overlap: float | None = None
     taken: float | None = None
+    beyond: float | None = None
 
     def entries(self) -> Mapping[str, object]:
         """Of all three."""
-        own = {"overlap": self.overlap} | ({} if self.taken is None else {"taken": self.taken})
+        known = {"taken": self.taken, "beyond": self.beyond}
+        own = {"overlap": self.overlap} | {name: value for name, value in known.items() if value is not None}
         return {**self.touch.entries(), **own, **self.reaction.entries()}
 
 
