@@ -287,10 +287,11 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return levered(static, workshop, disturbance_of(case))
+    from softmark.interpreter.models.shared.floating import afloat
     from softmark.interpreter.models.shared.motion import in_motion
 
     known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
-    return outside.afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
+    return afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
 
 
 def at_rest(

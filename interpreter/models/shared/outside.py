@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.models.shared.grounding import Loose
-    from softmark.interpreter.models.shared.motion import PreparedMotion
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
@@ -71,15 +70,6 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     from softmark.interpreter.models.shared.contacting import contacts_on
 
     return contacts_on(case, mesh)
-
-
-def afloat(motion: PreparedMotion, case: Case) -> PreparedMotion:
-    """A motion, and of the rigid bodies that are free in it."""
-    if not any(touch.rigid.thing.free for touch in case.contacts):
-        return motion
-    from softmark.interpreter.models.shared.afloat import beside
-
-    return beside(motion, case)
 
 
 def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int) -> Loose | None:
