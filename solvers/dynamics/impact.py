@@ -216,7 +216,9 @@ class Touches:
     """All contacts at one time: with rigid bodies, and of surfaces that both deform."""
 
     def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[Wandering] = ()) -> None:
-        self.posed, self.slots, self.meets = posed, slots, meets
+        self.slots = slots
+        self.posed: list[Any] = list(posed)  # with friction or without
+        self.meets: list[Any] = list(meets)
 
     @property
     def every(self) -> tuple[Any, ...]:
@@ -230,11 +232,11 @@ class Touches:
 
     def value(self, x: Floats) -> float:
         """What the barriers store, J; infinite where surfaces that both deform intersect."""
-        return sum(c.value(x) for c in self.every)
+        return sum(float(c.value(x)) for c in self.every)
 
     def stored(self, x: Floats) -> float:
         """What they give back, J: with friction less than their value."""
-        return sum(c.stored(x) for c in self.every)
+        return sum(float(c.stored(x)) for c in self.every)
 
     def lost(self, x: Floats) -> float:
         """What friction turns into heat over a step that ends in x, J."""
@@ -262,7 +264,7 @@ class Touches:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place in it."""
+        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has none in it."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J
@@ -273,7 +275,7 @@ class Touches:
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the forces, N."""
-        return sum(c.rounding(x) for c in self.every)
+        return sum(float(c.rounding(x)) for c in self.every)
 
     def places(self, x: Floats) -> list[Place]:
         """Where the points are as seen from each rigid body."""
@@ -286,7 +288,7 @@ class Touches:
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
         both = zip(self.posed, since.posed, strict=True)
-        return sum(c.work(x, s) for c, s in both if c.share != s.share)
+        return sum(float(c.work(x, s)) for c, s in both if c.share != s.share)
 
 
 LOOKS = 64  # along the way of a point that may have gone through
