@@ -59,7 +59,8 @@ def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, Itself)]
     if not (own or whole.case.contacts):
         return {}
-    beds: Any = getattr(whole.prepared, "beds", {})
+    at_rest = getattr(whole.prepared, "static", whole.prepared)  # of a motion
+    beds: Any = getattr(at_rest, "beds", {})
     return {"gap": partial(_left, {name: beds[name].distance for name in own if not beds[name].rubs})}
 
 

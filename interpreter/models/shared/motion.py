@@ -70,7 +70,7 @@ class PreparedMotion:
     def rubbing(self) -> tuple[str, ...]:
         """Those with friction, and after them pairs that have it."""
         meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
-        return tuple(touch.name for touch in meet if touch.thing.friction)
+        return tuple(touch.name for touch in meet if getattr(touch.thing, "friction", 0.0))
 
     @property
     def size(self) -> Mapping[str, int]:
