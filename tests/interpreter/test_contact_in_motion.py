@@ -85,7 +85,7 @@ def test_a_wall_presses_with_rho_c_v_for_the_time_of_a_wave_there_and_back(integ
 
 def test_moment_area_and_pressure_are_those_of_the_force() -> None:
     """Of an even pressure over the end, half a wave into the contact: to what a wave of a coarse mesh leaves, 3 %."""
-    report = loads(BAR.format(end=2, size=5, integrator="trapezoidal") + "expect hexes.push.at(1.8 ms) > 0 N\n").run()
+    report = loads(BAR.format(end=2, size=10, integrator="trapezoidal") + "expect hexes.push.at(1.8 ms) > 0 N\n").run()
     found = {name: metric.value for name, metric in report.models["hexes"].metrics.items()}
     assert found["push"] == pytest.approx(PLATEAU, rel=0.03)
     assert found["turn"] == pytest.approx(0.005 * found["push"], rel=1e-6)
