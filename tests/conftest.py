@@ -140,7 +140,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if long or is_broad(item):
             item.add_marker(pytest.mark.slow)
     if of_folders(config) and not config.getoption("keyword") and not WHOLE:
-        later = waiting([item for item in items if item.get_closest_marker("slow")])
+        later = waiting([item for item in items if item.get_closest_marker("slow")], shared_by)
         config.hook.pytest_deselected(items=[item for item in items if item in later])
         items[:] = [item for item in items if item not in later]
     if hasattr(config, "workerinput"):

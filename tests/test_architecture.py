@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from statements import statements
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = {
@@ -35,15 +36,10 @@ def modules(folder: str) -> list[Path]:
 
 
 @cache
-def nodes(file: Path) -> list[ast.AST]:
-    """All that a file says, which several tests ask."""
-    return list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
-
-
 def imported(file: Path) -> set[str]:
-    """Every dotted name that a file imports, wherever in it."""
+    """Every dotted name that a file imports, wherever in it, which several tests ask."""
     names = set()
-    for node in nodes(file):
+    for node in statements(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -345,7 +341,8 @@ def test_messages_at_a_place_have_one_builder() -> None:
     """`Diagnostic(code, message, at.source, at.span, ...)` stood in 62 places, ten of them private functions for it."""
     built = []
     for file in sorted((ROOT / "interpreter").rglob("*.py")):
-        for node in nodes(file):
+        text = file.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if "Diagnostic(" in text else ():
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Diagnostic":
                 source, span, *_ = [*node.args[2:4], None, None]
                 if isinstance(source, ast.Attribute) and isinstance(span, ast.Attribute) and source.attr == "source":

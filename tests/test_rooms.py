@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from statements import statements
 
 ROOT = Path(__file__).parents[1]
 ROOMS = {
@@ -90,15 +91,14 @@ def targets(node: ast.Import | ast.ImportFrom) -> Iterator[str]:
 
 def imports(name: str) -> Iterator[tuple[str, bool]]:
     """What a module imports, at its top, in a function or for types alone; and whether for types alone."""
-    nodes = list(ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))))
+    found = list(statements(ast.parse(MODULES[name].read_text(encoding="utf-8"))))
     typing = {
         inner
-        for node in nodes
+        for node in found
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-        for part in node.body
-        for inner in ast.walk(part)
+        for inner in node.body
     }
-    for node in nodes:
+    for node in found:
         if isinstance(node, ast.Import | ast.ImportFrom):
             for target in targets(node):
                 if target != name:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from library import loaded
 
 import softmark
 from softmark.grammar.diagnostic import Source
@@ -49,14 +50,14 @@ def test_supports_and_loads_hold_each_other(file: Path, report_of: Callable[[Pat
 
 @pytest.mark.parametrize("file", EXPERIMENTS, ids=lambda f: f.stem)
 def test_only_a_model_that_asks_for_it_may_be_capped(file: Path) -> None:
-    scene = softmark.load(file).scene
+    scene = loaded(file).scene
     capped = {n for n, m in scene.of_kind("model").items() if getattr(m.thing, "cap", None) is not None}
     assert capped <= ({"capped"} if file.stem == "silicone-beam-release" else set())
 
 
 @pytest.mark.parametrize("file", EXPERIMENTS, ids=lambda f: f.stem)
 def test_the_plan_has_every_model_and_reference_and_names_the_line_that_asks(file: Path) -> None:
-    scene = softmark.load(file).scene
+    scene = loaded(file).scene
     plan = plan_of(scene)
     assert plan.idle == ()
     for kind, name in (("solve", "model"), ("reference", "reference")):

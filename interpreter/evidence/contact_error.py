@@ -21,9 +21,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import ProbeAnswer
+    from softmark.interpreter.metrics.contact import ContactArea
     from softmark.interpreter.results.reactions import Touch
 
 ORDER, OF_AREAS = 2.0, 1.0  # of forces, and pressures inside; and of areas
+WITHIN = 0.5  # of the facets that the border is in
 POWER = 2.0  # of the travel, that forces of contact go with at most
 PEAK = 1.5  # the greatest pressure over the mean of a round contact (Hertz 1881); 1.27 of one along a line
 ROUNDED = 1.05  # where all that is pressed is pressed alike it is 1, but for how the border is found
@@ -40,7 +42,15 @@ def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther:
 
     order = OF_AREAS if isinstance(seen.metric, ContactArea) else ORDER
     fall: float = ratio ** (1.5 * order if whole.case.planar else order)
-    return FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
+    found = FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
+    return max(found, _border(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
+
+
+def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
+    """Half of the facets that the border is in, in the unit of an area; nothing where these are not known."""
+    touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
+    field: Any = None if touch is None else touch.field
+    return WITHIN * field.pressing.border / touch.area * seen.size if touch and field and touch.area > 0.0 else 0.0
 
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:

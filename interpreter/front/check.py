@@ -73,6 +73,10 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         body = scene.declared.get(declared.value("body") or "")
         if condition is None or body is None or rigid(body) or body.thing.shape.bounds is None:
             continue
+        if declared.kind == "load" and "where" not in declared.fields:  # all of a rigid body alone
+            yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
+                             "which part of its surface, by coordinates before deformation")  # fmt: skip
+            continue
         low, high = body.thing.shape.bounds
         false, true = condition.over(low, high)
         if not true:

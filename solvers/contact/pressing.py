@@ -155,6 +155,13 @@ class Pressing:
             total += float(own[cut] @ (part if sign > 0.0 else 1.0 - part))
         return total
 
+    @cached_property
+    def border(self) -> float:
+        """The area of triangles of which a part is in contact, m^2: what the place of the border is known to."""
+        triangles = self.facets[:, np.array(self._facet.triangles)].reshape(-1, 3)
+        on = self.touching[triangles]
+        return float(self._areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
+
     def _areas(self, triangles: Ints) -> Floats:
         a, b, c = (self.x[triangles[:, i]] for i in range(3))
         found: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

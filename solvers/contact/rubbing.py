@@ -230,6 +230,11 @@ class Rubbing(Touching):
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
         super().add_hessian(x, data, slots, scale, projected)
+        on, blocks = self.stiffness(x, projected)
+        add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
+
+    def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
+        """Of friction: points (k,) that are pressed, and how their tractions grow with their ways (k, 3, 3), Pa/m."""
         g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p
@@ -253,7 +258,7 @@ class Rubbing(Touching):
             falls = np.where(slip.slides, self.friction * self.barrier.slope(g), 0.0)
             blocks = blocks - falls[:, None, None] * u[:, :, None] * n[:, None, :]
         on = np.flatnonzero(most > 0.0)
-        add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks[on]), slots[on], data)
+        return on, blocks[on]
 
     def rounding(self, x: Floats) -> float:
         """With what the last digits of places leave in friction, N."""

@@ -205,7 +205,7 @@ class Touching(Energy):
         g, n, H = g[near], n[near], H[near]
         blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
         if not projected:
-            blocks -= self.barrier.pressure(g)[:, None, None] * H
+            blocks -= np.minimum(self.barrier.pressure(g), self.barrier.most)[:, None, None] * H
         add_blocks(self.coupled(near, scale * self.A[near, None, None] * blocks), slots[near], data)
 
     def coupled(self, points: Ints, blocks: Floats) -> Floats:

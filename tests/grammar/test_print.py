@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from walk import WHOLE
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.layout import WIDTH
@@ -238,7 +239,7 @@ def test_an_expression_survives_printing(value: Expression) -> None:
     assert print_expression(again) == text
 
 
-@patient
+@settings(patient, max_examples=100 if WHOLE else 40)
 @given(scenes)
 def test_a_tree_survives_printing(tree: Tree) -> None:
     text = print_tree(tree)

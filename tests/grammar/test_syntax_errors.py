@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -285,14 +286,16 @@ def mutants() -> Iterator[str]:
         yield before
 
 
-def test_every_mutant_of_a_scene_is_parsed_or_explained() -> None:
+@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
+def test_every_mutant_of_a_scene_is_parsed_or_explained(part: int) -> None:
+    """A third of them: each token and each change is in every third."""
     count = 0
-    for text in mutants():
+    for text in islice(mutants(), part, None, 3):
         found = errors(text)
         assert len(found) <= 6  # no cascades: one slip breaks its own declaration, at most some around it
         render(found, colour=True)
         count += bool(found)
-    assert count > 900
+    assert count > 300
 
 
 @patient

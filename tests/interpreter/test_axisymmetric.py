@@ -285,6 +285,7 @@ metric way = displacement(tip, along = -x)
     assert "solvers.energies.revolved" not in loaded_by(scene)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_studies_take_bodies_of_revolution(tmp_path: Path) -> None:
     """`stress` walks Poisson's ratio and the element, and nothing is silent; `compare` times all kinds of cells."""

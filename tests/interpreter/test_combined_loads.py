@@ -155,6 +155,7 @@ probe corner = point(block, at = (20, 20, 10) mm)
 HOLE = "cylinder(length = 14 mm, radius = 5 mm, axis = +z, origin = (10, 10, -2) mm)"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_both
 def test_what_facets_of_a_hole_do_not_take_is_said() -> None:

@@ -109,6 +109,7 @@ BOUND = st.tuples(METRES, METRES).map(lambda pair: (min(pair), max(pair)))
 SHARE = st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0)
 
 
+@pytest.mark.slow
 @given(CONDITION, st.tuples(BOUND, BOUND, BOUND), st.lists(st.tuples(SHARE, SHARE, SHARE), min_size=1, max_size=20))
 def test_bounds_agree_with_sampling(
     text: str, box: tuple[tuple[float, float], ...], shares: list[tuple[float, ...]]

@@ -45,6 +45,7 @@ metric eta = energy_norm(axis, against = theory)
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_first_run_compiles_no_more_functions_than_it_needs(tmp_path: Path) -> None:
     """In an empty cache, overloads that numba compiles inside included."""

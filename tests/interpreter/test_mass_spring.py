@@ -310,6 +310,7 @@ class Tracked(Reference):
         return MeasuredPoints(self.X, self.u, 1e-4, "made up", tuple(map(str, range(len(self.X)))))
 
 
+@pytest.mark.slow
 def test_a_measurement_is_fitted_at_full_load_only() -> None:
     """Tracked points that moved as the theory says: fitted to them or to the theory at full load is the same fit."""
     text = "model net = mass_spring(stiffness = calibrated(eta, load = 100 %), network = hex8, size = 20 mm)"

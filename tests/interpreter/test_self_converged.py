@@ -237,6 +237,7 @@ def test_a_pressed_column(methods: tuple[str, str]) -> None:
     assert ratio(found, parabola(2, modulus)) < 1.0
 
 
+@pytest.mark.slow
 def test_a_uniform_stretch_is_known_to_what_the_solver_leaves() -> None:
     """u = e X with lateral contraction: every mesh has it exactly, and the estimate is the solver's tolerance."""
     body = """

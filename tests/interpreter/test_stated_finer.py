@@ -56,6 +56,7 @@ KINDS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", KINDS)
 def test_they_hold_the_true_ones_and_shrink_with_the_mesh(element: str) -> None:
     """4.9 -> 10.3 % was stated while the error halved; 35 % for a true 0.54 %."""

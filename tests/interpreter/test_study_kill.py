@@ -100,6 +100,7 @@ def result(folder: Path) -> dict[str, Any]:
     return {name: found[name] for name in ("points", "references", "analysis", "scenes", "studies")}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="workers are looked for in /proc")
 def test_killed_again_and_again_and_resumed(scene: Path, tmp_path: Path) -> None:

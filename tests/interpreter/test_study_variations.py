@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from library import loaded
 
 import softmark
 from softmark.interpreter.language.sources import standard_scenes
@@ -263,5 +264,5 @@ def test_the_content_of_a_file_enters_the_key_and_its_place_does_not(tmp_path: P
 @pytest.mark.parametrize("name", sorted(standard_scenes()))
 def test_keys_are_the_same_in_every_process(name: str) -> None:
     """No address of an object gets into what is digested."""
-    scene = softmark.load(name).scene
+    scene = loaded(standard_scenes()[name]).scene
     assert not [d.name for d in scene.declared.values() if " at 0x" in keys.words_of(d)]

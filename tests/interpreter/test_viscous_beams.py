@@ -86,6 +86,7 @@ def test_the_error_of_a_step_is_stated_and_holds_the_true_one(model: str) -> Non
     assert off < said.value < 10.0 * off
 
 
+@pytest.mark.slow
 def test_a_beam_that_is_rolled_up_by_a_moment_goes_on_rolling() -> None:
     """Curvature M J(t) / E I all along: elements are chords of an arc of 136 degrees in the end, as long as at rest."""
     EI = 60e3 * 0.005**4 / 12.0

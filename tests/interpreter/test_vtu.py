@@ -75,6 +75,7 @@ def test_surfaces_are_the_deformed_ones(written: Path) -> None:
         np.testing.assert_allclose(skin.points.max(axis=0), deformed.max(axis=0), atol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_motion_is_a_series_with_its_times(written: Path) -> None:
     out = run(written, SCENE + "analysis fall = dynamic(duration = 50 ms, step = 10 ms)\n")
     models = json.loads((out / "report.json").read_text())["models"]

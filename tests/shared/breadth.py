@@ -62,11 +62,12 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_overshoot": ("sudden",),
     },
     "tests/interpreter/test_parts.py": {
-        "test_areas_on_flat_faces": ("12 mm-", "7.85", "0.00012-"),
+        "test_areas_on_flat_faces": ("0.0003803644523140433-hex8", "0.00012-tet4", "0.00012-hex8"),
         "test_bands_and_segments_on_a_cylinder": ("tet10",),
         "test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets": ("tet4", "hex8"),
         "test_random_selections_are_those_of_samples_and_of_the_watchdog": ("2", "7"),
         "test_selections_along_a_sphere_take_all_of_it": ("hex8-2", "tet4-2"),
+        "test_the_surface_of_a_cylinder_itself": ("x >= 20 mm", "y >= 4 mm"),
     },
     "tests/interpreter/test_plane.py": {
         "test_a_point_force_is_one_of_the_plane": ("quad9",),
@@ -81,6 +82,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_regions.py": {
         "test_layers_behind_one_another_lengthen_by_their_own_moduli": ("hex8", "hex20"),
+        "test_the_same_in_finite_strain": ("mixed", "tet4"),
     },
     "tests/interpreter/test_report_browser.py": {
         "test_in_chromium": ("1280",),
@@ -95,17 +97,18 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_stated_finer.py": {
         "test_a_mesh_from_a_file_has_one": ("tet4",),
-        "test_they_hold_the_true_ones_and_shrink_with_the_mesh": ("tet4",),
     },
     "tests/interpreter/test_stretches.py": {
-        "test_shares_of_cross_sections": tuple(f"shape{i}-" for i in range(7)),
+        "test_shares_of_cross_sections": ("shape0-", "shape1-", "shape2-", "shape5-"),
         "test_shares_of_oblique_sections_against_points": ("0", "3", "5"),
     },
     "tests/interpreter/test_supports_as_geometry.py": {
         "test_narrow_and_wide_hold_the_conforming_answer_between_them": ("0",),
+        "test_shares_of_a_file_are_those_of_closed_forms": ("tet4",),
     },
     "tests/interpreter/test_watchdog.py": {
-        "test_an_answer_that_is_none_is_refused": ("small",),
+        "test_an_answer_that_is_none_is_refused": ("hex_small", "ten_small"),
+        "test_no_door_lets_what_is_no_number_in": ("rest-",),
     },
     "tests/grammar/test_extremes.py": {
         "test_what_is_long_and_wrong_is_refused_briefly": ("numbers", "broken", "quotes", "bracket", "equal"),
@@ -130,6 +133,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_a_short_pulse_is_its_impulse": STEPS,
         "test_order_under_a_pulse_that_begins_and_ends_between_steps": STEPS,
         "test_order_under_ramps_whose_kinks_are_between_steps": STEPS,
+        "test_sine_below_and_above_the_frequency_of_an_oscillator": ("trapezoidal", "bdf2", "central_differences"),
     },
     "tests/solvers/test_damping_state.py": {
         "test_a_body_without_forces_flies_on": ("bdf2",),
@@ -137,7 +141,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_dynamics.py": {
         "test_a_support_that_moves": ("implicit_euler",),
         "test_amplification_and_period": STEPS,
-        "test_linear_momentum_of_a_free_body": STEPS,
+        "test_linear_momentum_of_a_free_body": ("bdf2", "central_differences"),
     },
     "tests/solvers/test_dynamics_balance.py": {
         "test_a_cantilever_over_six_decades_of_steps": ("central_differences",),
@@ -145,6 +149,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
             "midpoint", "bdf2",
         ),
         "test_steps_over_six_decades_are_right_or_said_to_be_wrong": ("central_differences",),
+        "test_linear_vibrations_gain_nothing_at_any_step": ("trapezoidal", "bdf2", "implicit_euler"),
     },
     "tests/solvers/test_dynamics_lagged.py": {
         "test_trajectories_are_those_of_newton": STEPS,
@@ -152,11 +157,12 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/solvers/test_dynamics_solids.py": {
         "test_every_mode_of_a_solid_moves_as_one_oscillator": STEPS,
         "test_momentum_of_a_free_spinning_block": STEPS,
-        "test_step_load_on_a_clamped_bar": STEPS,
+        "test_step_load_on_a_clamped_bar": ("bdf2",),
     },
     "tests/solvers/test_elastic.py": {
         "test_derivatives_at_unit_scale": (*LAWS, "1-ogden", "1-mooney"),
         "test_kernels_against_einsum": (*LAWS, "ogden"),
+        "test_numbers_of_invariants_do_what_tensors_do": ("tet4", "hex8", "0.3-neo_hookean-hex27"),
     },
     "tests/solvers/test_ellipticity.py": {
         "test_what_is_lost_is_what_some_direction_loses": ("kirchhoff-0.3", "hookean-0.45"),
@@ -186,11 +192,11 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/solvers/test_mesh_distort.py": {
         "test_patch_test": ("0.1-hex27", "0.001-hex20", "hex8", "tet"),
-        "test_the_worst_cell_has_the_quality_that_was_asked_for": ("0.2-hex8", "0.2-tet10"),
+        "test_the_worst_cell_has_the_quality_that_was_asked_for": ("0.2-hex8-Box", "0.2-tet10-Cylinder"),
     },
     "tests/solvers/test_orders_solids.py": {
         "test_order_of_a_manufactured_solution": (
-            "hex8-full-edges1-order1-small", "hex8-selective", "hex27-full-edges5-order5-small",
+            "hex8-full-edges1-order1-small", "hex8-selective-edges2-order2-small", "hex27-full-edges5-order5-small",
         ),
         "test_order_on_curved_bodies": ("hex8", "tet4"),
     },
@@ -209,7 +215,7 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/solvers/test_recovery.py": {
         "test_every_disturbance_of_tetrahedra": ("spun", "flattened"),
-        "test_other_elements": ("few-scrambled-hex8", "few-inverted-tet10", "flattened"),
+        "test_other_elements": ("few-inverted-tet10", "flattened-hex8"),
         "test_scrambled_tetrahedra_find_back": ("neo_hookean-1.0",),
     },
     "tests/solvers/test_refine.py": {
@@ -230,12 +236,14 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_the_tangent_in_motion_is_the_derivative_of_the_forces": ("TurnedGuides",),
     },
     "tests/solvers/test_solids.py": {
-        "test_scrambled_cube_recovers": ("0", "4", "9"),
+        "test_scrambled_cube_recovers": ("0",),
     },
     "tests/solvers/test_statics.py": {
         "test_a_column_stands_below_its_buckling_load_and_leans_above": ("corotational-True", "neo_hookean-False"),
         "test_both_ways_find_the_same_equilibrium": ("corotational", "neo_hookean-True"),
         "test_what_is_not_a_number_is_never_returned": ("broken1-0.001-True", "broken2-0.001-True", "-1.0"),
+        "test_a_tiny_load_gives_the_linear_answer": ("0.001", "1e-09-small"),
+        "test_a_hopeless_problem_is_refused_with_its_history": ("0.25",),
     },
     "tests/solvers/test_viscous.py": {
         "test_the_loss_tangent_is_that_of_the_series_to_second_order": ("0.1-",),
@@ -243,6 +251,53 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/test_architecture.py": {
         "test_checking_a_scene_imports_no_numerics_and_looks_for_no_data": ("check",),
         "test_commands_that_compute_nothing_import_no_numerics": ("command2", "command3", "command8"),
+    },
+    "tests/interpreter/test_loads_said.py": {
+        "test_force_and_moment_of_loads_on_parts_of_facets": ("tet4",),
+    },
+    "tests/interpreter/test_pressure_along.py": {
+        "test_sharp_edges_and_tips_are_told": ("punch", "cylinder(radius = 5"),
+    },
+    "tests/interpreter/test_contact_notes.py": {
+        "test_facets_may_be_more_than_what_is_selected": ("12.0",),
+    },
+    "tests/interpreter/test_frequency.py": {
+        "test_solids_have_those_of_another_code_on_the_same_mesh": ("hex8", "tet4"),
+    },
+    "tests/interpreter/test_viscous_beams.py": {
+        "test_the_error_of_a_step_is_stated_and_holds_the_true_one": ("hex8", "beam6dof"),
+    },
+    "tests/interpreter/test_report_shapes.py": {
+        "test_of_many_shapes_a_few_are_shown_at_first_and_the_caption_says_how_many": ("24",),
+    },
+    "tests/solvers/test_sliding.py": {
+        "test_a_block_on_a_slope": ("1.02-implicit_euler",),
+    },
+    "tests/solvers/test_mixed.py": {
+        "test_linear_pressures_converge": ("tet10",),
+        "test_the_limit_is_reached_continuously": ("finite",),
+        "test_no_locking_in_a_thick_sphere": ("tet10", "mean_dilatation"),
+    },
+    "tests/solvers/test_principal.py": {
+        "test_a_law_in_principal_axes_is_that_of_tensors": ("ogden", "mooney"),
+    },
+    "tests/solvers/test_mesh_cuts.py": {
+        "test_planes_and_circles_in_cylinders_are_met": ("tet4", "hex8", "5-tet10"),
+    },
+    "tests/solvers/test_loads.py": {
+        "test_gravity_is_the_weight_at_the_centroid": ("tet4", "hex8", "consistent-tet10-cyl"),
+    },
+    "tests/solvers/test_shapes.py": {
+        "test_volume_converges_with_the_order_of_the_facets": ("tet4", "hex8", "tet10-4.0-sphere", "hex20-4.0-tube"),
+    },
+    "tests/solvers/test_levers.py": {
+        "test_nearly_incompressible_beams_take_a_dozen_steps": ("0.499-",),
+    },
+    "tests/solvers/test_inner_borders.py": {
+        "test_what_lies_within_a_border_has_its_volume": ("tet4", "hex8", "tet10-sphere"),
+    },
+    "tests/solvers/test_seeping.py": {
+        "test_the_matrix_is_the_derivative_of_what_is_out_of_balance": ("hex20-True", "tet10-False"),
     },
 }  # fmt: skip
 
@@ -259,6 +314,8 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_fuzz_corpus.py": {"test_what_broke_a_promise_keeps_it": ("comparison-long", "sweep-long")},
     "tests/interpreter/test_hostile_texts.py": {"test_no_text_steers_the_terminal": ("command3-",)},
     "tests/solvers/test_shapes.py": {"test_finer_spaces_lie_on_the_true_surface": ("tet10-bent rod", "tet10-sphere")},
+    "tests/interpreter/test_compare_page.py": {"test_every_page_is_whole_and_needs_nothing_else": ("200 points",)},
+    "tests/solvers/test_cuts.py": {"test_nothing_is_deeper_on_a_dense_lattice": ("9-", "8-cone", "4-cone")},
     "tests/solvers/test_gaps.py": {"test_gradient_and_hessian_are_those_of_the_gap": ("surface of a ball",)},
 }  # fmt: skip
 

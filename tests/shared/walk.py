@@ -2,29 +2,41 @@
 
 A sweep is one test with three slow cases or more, be they drawn or listed: they look for exceptions to one law, which
 its first cases hold up already. SOFTMARK_DAY=2026-11-23 walks again what was walked on a day. Reports of scenes are no
-sweep: each scene is judged every time.
+sweep: each scene is judged every time, but for those that take longest, of which each has its day; and so have other
+tests that take over ten seconds of CPU, which are marked `long`.
 """
 
 from __future__ import annotations
 
 import os
 from collections import defaultdict
+from collections.abc import Callable
 from datetime import date
 
 import pytest
 
 PARTS = 3  # days in which all cases are walked
-WHOLE = "SOFTMARK_WHOLE" in os.environ
-DAY = date.fromisoformat(
-    os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat())
-)  # workers are told, at midnight too
+WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
+DAY = date.fromisoformat(os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat()))  # workers get it, at midnight
 TODAY = DAY.toordinal() % PARTS
+LONGEST = (  # scenes that run for over a quarter of a minute of CPU
+    "ironing", "silicone-beam-as-published", "half-spheres",
+    "silicone-beam-scanned", "pin-on-a-membrane", "sphere-on-gel",
+)  # fmt: skip
 
 
-def waiting(slow: list[pytest.Item]) -> set[pytest.Item]:
+def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
     """Those of all slow tests that are not walked today."""
     sweeps: dict[str, list[pytest.Item]] = defaultdict(list)
+    later = set()
     for item in slow:
-        if "report_of" not in getattr(item, "fixturenames", ()):
+        if item.get_closest_marker("long"):
+            sweeps["long"].append(item)
+        elif "report_of" not in getattr(item, "fixturenames", ()):
             sweeps[item.nodeid.partition("[")[0]].append(item)
-    return {c for cases in sweeps.values() if len(cases) >= PARTS for i, c in enumerate(cases) if i % PARTS != TODAY}
+        elif (scene := scene_of(item.nodeid)) in LONGEST and LONGEST.index(scene) % PARTS != TODAY:
+            later.add(item)
+    for cases in sweeps.values():
+        if len(cases) >= PARTS:
+            later.update(case for i, case in enumerate(cases) if i % PARTS != TODAY)
+    return later

@@ -89,6 +89,7 @@ def test_nothing_is_imported_from_where_it_starts(
     assert jit.made() == 1
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cold_run_says_what_both_have_made(tmp_path: Path) -> None:
     """All kernels on disk are of the two, each made once; then all is there, and nothing is said or started."""

@@ -109,6 +109,7 @@ def sheared(size: float, travel: list[float]) -> list[Sheared]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_stick_radius_of_cattaneo_and_mindlin() -> None:
     """Within 3 % of a (1 - Q / mu P)^(1/3), a of Hertz under the same P, and what becomes heat is never negative.

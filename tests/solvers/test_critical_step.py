@@ -68,6 +68,7 @@ def test_steps_are_stable_below_the_computed_edge_and_not_above(some: object) ->
 BISECTED = [ALL[0], ALL[5], pytest.param(ALL[24], marks=pytest.mark.slow), ALL[-1]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("some", BISECTED, ids=lambda c: " ".join(c.words.split()))
 def test_the_edge_lies_where_it_is_computed(some: object) -> None:
     """Bisected to 0.1 %; 0.7 % at most over all 83: Lanczos iteration, and the growth that 400 steps show."""

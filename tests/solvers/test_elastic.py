@@ -196,7 +196,7 @@ def test_a_mirrored_cube_returns(size: float, poisson: float, law: Maker, elasti
     assert np.abs(equilibrium(start).x).max() < 1e-8  # round-off of a cube of edge 1, and then some
 
 
-@pytest.mark.parametrize("seeds", [range(5), pytest.param(range(5, 50), marks=pytest.mark.slow)], ids=["few", "many"])
+@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 50), marks=pytest.mark.slow)], ids=["few", "many"])
 def test_scrambled_cubes_return(seeds: range, law: Maker, elastic: Energies, problem: Problems) -> None:
     """50 cubes whose free points start anywhere in the cube, half of the cells inside out: all return."""
     mesh = UNIT.mesh("tet4", 0.5)

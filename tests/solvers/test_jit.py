@@ -348,6 +348,7 @@ def copied(tmp_path: Path) -> list[Path]:
     return sorted((tmp_path / "solvers").rglob("*.py"))
 
 
+@pytest.mark.slow
 def test_any_edit_of_any_source_changes_the_folder(tmp_path: Path) -> None:
     """One byte more in each file in turn, none of which may go unnoticed."""
     files = copied(tmp_path)

@@ -162,6 +162,7 @@ def test_quadratic_tetrahedra_against_scikit_fem() -> None:
     assert np.abs(u - v).max() <= 1e-8 * np.abs(v).max()
 
 
+@pytest.mark.slow
 def test_neo_hookean_hexahedra_against_felupe() -> None:
     import felupe
 

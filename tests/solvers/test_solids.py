@@ -242,6 +242,7 @@ def bent(selective: bool, poisson: float) -> float:
     return float(u[mesh.points[:, 0] > 1 - 1e-9, 2].mean())
 
 
+@pytest.mark.slow
 def test_selective_integration_does_not_lock() -> None:
     # Timoshenko: P L^3/(3 E I) + P L/(kappa G A) = 0.04 + 2.4e-4 (1 + nu). Six cells across bend 1.5 to 3.1 % less
     # (parasitic shear, h^2; the clamp, which beam theory lacks), no less towards nu = 1/2; in full integration 55 %

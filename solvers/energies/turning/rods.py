@@ -87,7 +87,7 @@ class TurningRod(Energy):
     def _parts(self) -> Any:
         """Elements, lengths, stiffnesses and strains at rest, as the kernel takes them."""
         rod = self.elastic
-        C = np.ascontiguousarray(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))
+        C = np.array(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))  # no view, which is read-only
         return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains - rod.offset
 
     def _run(

@@ -40,7 +40,7 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     data = _opened(Path(path))
     kind = _one_kind(data)
     points, cells, number = used(
-        placed(data, unit), np.concatenate([b.data for b in data.cells if b.type == kind]).astype(np.int64)
+        placed(data, unit), np.concatenate([b.data for b in data.cells if b.type == kind]).astype(np.int64, order="C")
     )
     _level(points, number)
     edges = _edges(data)

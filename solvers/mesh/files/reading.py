@@ -67,7 +67,7 @@ def read(path: str, unit: float, coincident: str = "refuse", named: bool = False
     many = element_of(kind).nodes
     if wrong := [block.shape for block in cells if block.ndim != 2 or block.shape[1] != many]:
         raise UnreadableMesh(f"its {solids[0]} cells have {wrong[0][-1]} nodes each, which is not {many}")
-    whole = np.concatenate(cells).astype(np.int64)
+    whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one order
     mesh = checked(points, whole, kind, coincident)
     return replace(mesh, groups=_groups(data, Path(path), Mesh(points, whole, kind), mesh)) if named else mesh
 
