@@ -71,7 +71,7 @@ BROAD = {
     "elastic-foundation", "creeping-cantilevers",
     "ring-of-a-file", "indented-layer", "grasp",
     "sphere-on-gel", "half-spheres", "ironing", "pin-on-a-membrane", "pressed-blocks", "indentation", "bar-on-a-wall",
-    "plate-on-a-column", "sliding-block",
+    "plate-on-a-column", "sliding-block", "joined-blocks", "pin",
     "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
     "hollow-cantilever",
