@@ -216,11 +216,11 @@ class Touches:
 
     def value(self, x: Floats) -> float:
         """What the barriers store, J; infinite where surfaces that both deform intersect."""
-        return sum(c.value(x) for c in self.every)
+        return float(sum(c.value(x) for c in self.every))
 
     def stored(self, x: Floats) -> float:
         """What they give back, J: with friction less than their value."""
-        return sum(c.stored(x) for c in self.every)
+        return float(sum(c.stored(x) for c in self.every))
 
     def lost(self, x: Floats) -> float:
         """What friction turns into heat over a step that ends in x, J."""
@@ -229,11 +229,10 @@ class Touches:
     def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
         """With an energy, by pressures of a state, of which those `before` were the law."""
         was = self if before is None else before
-        rigid, soft = (
-            [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
-            for own, others in ((self.posed, was.posed), (self.meets, was.meets))
-        )
-        return Touches(rigid, self.slots, soft)
+        both: Any = zip(self.every, was.every, strict=True)
+        each: list[Any] = [c.known(x, b) if c.rubs else c for c, b in both]
+        count = len(self.posed)
+        return Touches(each[:count], self.slots, each[count:])
 
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""
@@ -248,7 +247,7 @@ class Touches:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place in it."""
+        """J (free, free) with scale times the stiffness of surfaces that meet, which has no place in its pattern."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J
@@ -259,7 +258,7 @@ class Touches:
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the forces, N."""
-        return sum(c.rounding(x) for c in self.every)
+        return float(sum(c.rounding(x) for c in self.every))
 
     def places(self, x: Floats) -> list[Place]:
         """Where the points are as seen from each rigid body."""

@@ -311,7 +311,7 @@ def at_rest(
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     beds = outside.beds(case, mesh)
     contacts = outside.contacts(case, mesh)
-    loose = outside.loose(case, mesh, parts, workshop.measured, dofs)
+    loose = outside.loose(case, mesh, parts, workshop.measured, dofs, beds)
     beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
     loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)

@@ -82,22 +82,27 @@ def afloat(motion: PreparedMotion, case: Case) -> PreparedMotion:
     return beside(motion, case)
 
 
-def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int) -> Loose | None:
+def loose(
+    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+) -> Loose | None:
     """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
-    if not case.contacts or isinstance(case.analysis, Dynamic):
+    if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import grounding
 
-    return grounding.loose(case, mesh, parts, measured, dofs)
+    return grounding.loose(case, mesh, parts, measured, dofs, beds)
 
 
 def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
     """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
     if solid.loose is None:
         return (), ""
-    stiff = stiffer(solid.contacts, facts["stiffened"])
-    note, adrift = solid.loose.kept(solid.declared, facts["grounded"], stiff, x)
-    return (note,), adrift
+    from softmark.solvers.energies.energy import Wandering
+
+    pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, Wandering)}
+    touching = stiffer(solid.contacts, facts["stiffened"]) | pairs
+    notes, adrift = solid.loose.kept(solid.declared, facts["grounded"], touching, x)
+    return notes, adrift
 
 
 def bare(solid: Any, factor: float) -> Assembly:
