@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.models.shared.grounding import Loose
     from softmark.interpreter.models.shared.motion import PreparedMotion
@@ -40,28 +38,6 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
 
         found |= pairs_on(case, mesh)
     return found
-
-
-def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
-    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
-    from softmark.solvers.energies.energy import Wandering
-
-    found = {}
-    for name in (name for name, bed in beds.items() if isinstance(bed, Wandering)):
-        from softmark.solvers.checks.crossings import crossings as passing
-
-        skin = beds[name].skin
-        found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))
-    return {"crossings": found} if found else {}
-
-
-def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning of every contact whose surfaces pass through each other."""
-    for name, count in facts.get("crossings", {}).items():
-        if count:
-            yield diagnostic("W630", declared.at(),
-                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
-                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip
 
 
 def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
