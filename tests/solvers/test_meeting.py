@@ -141,7 +141,7 @@ def bars(
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["trapezoidal", "generalized_alpha", "bdf2", "implicit_euler"])
 def test_equal_bars_exchange_their_velocities(name: str, law: Maker, elastic: Energies) -> None:
-    """The first stops and the second flies on, after 2 L / c; friction changes nothing but noise across, for nothing slides.
+    """The first stops and the second flies on, after 2 L / c; friction changes noise across alone: nothing slides.
 
     At least as much of the speed as a bar keeps on a rigid wall (test_impact.py) of twice as many cells, less .04.
     """
