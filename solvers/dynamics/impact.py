@@ -245,11 +245,10 @@ class Touches:
     def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
         """With an energy, by pressures of a state, of which those `before` were the law."""
         was = self if before is None else before
-        rigid, soft = (
-            [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
-            for own, others in ((self.posed, was.posed), (self.meets, was.meets))
-        )
-        return Touches(rigid, self.slots, soft)
+        both: Any = zip(self.every, was.every, strict=True)
+        each: list[Any] = [c.known(x, b) if c.rubs else c for c, b in both]
+        count = len(self.posed)
+        return Touches(each[:count], self.slots, each[count:])
 
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""

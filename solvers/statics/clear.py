@@ -38,7 +38,7 @@ def _must_be_in_front(problem: Statics, found: Equilibrium) -> None:
 
     before = problem.rest if problem.start is None else problem.start
     each: list[Any] = [energy for energy in problem.assembly.loads if energy.driven]
-    if deep := max(passed(energy, before, found.x) for energy in each):
+    if deep := max((passed(energy, before, found.x) for energy in each), default=0.0):
         reason = f"a rigid body goes through the surface in one step, by {1e3 * deep:.3g} mm: take more, smaller states"
         raise NotConverged(reason, found.history, found.facts)
 

@@ -21,7 +21,7 @@ from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
-from softmark.interpreter.models.shared import outcome, outside
+from softmark.interpreter.models.shared import crossing, outcome, outside
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -184,9 +184,9 @@ class PreparedSolid(OnMesh):
         x = self.unknowns.moved(found.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
-        facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
+        facts = solution.facts | mesh_facts(self.mesh) | crossing.crossings(self.beds, x)
         kept, adrift = outside.kept(self, facts, x)
-        doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts), *kept)
+        doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
@@ -312,7 +312,7 @@ def at_rest(
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     beds = outside.beds(case, mesh)
     contacts = outside.contacts(case, mesh)
-    loose = outside.loose(case, mesh, parts, workshop.measured, dofs)
+    loose = outside.loose(case, mesh, parts, workshop.measured, dofs, beds)
     beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
     loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)

@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared import outside
+from softmark.interpreter.models.shared import crossing
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case, Fault, Touch
@@ -165,7 +165,7 @@ class PreparedMotion:
         )
         notes = (
             *_events(self.declared, track),
-            *outside.passing(self.declared, facts),
+            *crossing.passing(self.declared, facts),
             *_unbalanced(self.declared, self.analysis, track),
             *_came_back(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
@@ -208,7 +208,7 @@ class PreparedMotion:
         if not self.problem.meets:
             return {}
         static: Any = self.static  # of finite elements: nothing else has such contacts
-        known = [outside.crossings(static.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
+        known = [crossing.crossings(static.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
     def _mesh_facts(self) -> dict[str, Any]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.models.shared.grounding import Loose
     from softmark.interpreter.models.shared.prepared import Moved
@@ -41,28 +39,6 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
     return found
 
 
-def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
-    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
-    from softmark.solvers.energies.energy import Wandering
-
-    found = {}
-    for name in (name for name, bed in beds.items() if isinstance(bed, Wandering)):
-        from softmark.solvers.checks.crossings import crossings as passing
-
-        skin = beds[name].skin
-        found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))
-    return {"crossings": found} if found else {}
-
-
-def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning of every contact whose surfaces pass through each other."""
-    for name, count in facts.get("crossings", {}).items():
-        if count:
-            yield diagnostic("W630", declared.at(),
-                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
-                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip
-
-
 def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     """The energies of its contacts, by name. Raises Fault."""
     if not case.contacts:
@@ -72,22 +48,27 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     return contacts_on(case, mesh)
 
 
-def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int) -> Loose | None:
+def loose(
+    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+) -> Loose | None:
     """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
-    if not case.contacts or isinstance(case.analysis, Dynamic):
+    if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import grounding
 
-    return grounding.loose(case, mesh, parts, measured, dofs)
+    return grounding.loose(case, mesh, parts, measured, dofs, beds)
 
 
 def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
     """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
     if solid.loose is None:
         return (), ""
-    stiff = stiffer(solid.contacts, facts["stiffened"])
-    note, adrift = solid.loose.kept(solid.declared, stiff, x)
-    return (note,), adrift
+    from softmark.solvers.energies.energy import Wandering
+
+    pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, Wandering)}
+    touching = stiffer(solid.contacts, facts["stiffened"]) | pairs
+    notes, adrift = solid.loose.kept(solid.declared, touching, x)
+    return notes, adrift
 
 
 def bare(solid: Any, factor: float) -> Assembly:
