@@ -239,6 +239,7 @@ def test_a_solid_that_varies_is_refused() -> None:
 # ------------------------------------------------------------------ what is held against them
 
 
+@pytest.mark.slow
 def test_stress_is_held_against_theory() -> None:
     """A hole in plane stress: hoop stress, strain across, and the difference relative to the tensor that is right."""
     text = PLATE + "metric hoop = stress(place, component = xx)\nmetric thin = strain(place, component = zz)\n"

@@ -257,6 +257,7 @@ def pumped(course: str, k: str, loads: str, strain: str = "small", value: str = 
     return report(made, k=k).models["m"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strain", ["small", pytest.param("finite", marks=pytest.mark.slow)])
 def test_what_a_pump_does_is_work(strain: str) -> None:
     """Seepage dissipates what a pump does: works, what is stored and what is lost agree, as forces alone do not."""
