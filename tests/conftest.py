@@ -15,7 +15,6 @@ all of them with SOFTMARK_WHOLE=1 (tests/shared/walk.py).
 
 from __future__ import annotations
 
-import gc
 import os
 import re
 import signal
@@ -146,12 +145,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item not in later]
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: turn(shared_by(item.nodeid)))
-
-
-def pytest_collection_finish() -> None:
-    """Thousands of tests stay: nothing is looked for among them whenever a test leaves garbage behind."""
-    gc.collect()
-    gc.freeze()
 
 
 def shared_by(nodeid: str) -> str:

@@ -125,6 +125,7 @@ def test_on_a_flat_face_it_is_the_traction_along_it_alone() -> None:
         assert getattr(tension.loads["pull"], name) == pytest.approx(getattr(traction.loads["pull"], name), rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_body_of_revolution_is_pulled_along_its_axis_or_all_around() -> None:
     """Beside the cavity of a large ball: the exact solution of it, by elements that know nothing of it."""
