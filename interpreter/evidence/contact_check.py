@@ -33,7 +33,6 @@ from softmark.solvers.mesh.tube import Tube
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.problem.case import Case, Touch
-    from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.mesh.shape import Shape
 
 ROUND = 1e-9  # of a shape function: what is less is nothing
@@ -113,44 +112,42 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
 def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
-    if steps := inner_steps(case, touch, mesh.points, facets):
-        return _of_points(case, touch, mesh, u, facets, steps, barrier)
-    triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
-    area = touching.shares(mesh.points, triangles, case.depth)
-    nodes = np.setdiff1d(np.flatnonzero(area > 0.0), _still(case, mesh))
-    x = _flat(case, mesh.points + u)[nodes]
+    of, N, A = _points(case, touch, mesh, facets)
+    x = _flat(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
     g, n = _asked(_where(touch), x)
     p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
-    found = np.zeros_like(u)
-    found[nodes] = _flat(case, (area[nodes] * p)[:, None] * n)
+    p = np.where(A > 0.0, p, 0.0)
+    push = _flat(case, (A * p)[:, None] * n)
     if touch.thing.friction:
         from softmark.interpreter.evidence.friction_check import rubbed
 
         spring = barrier.stiffness / barrier.distance
-        found[nodes] += area[nodes, None] * rubbed(touch, mesh, x, _flat(case, n), p, spring, bool(case.planar))
+        push += A[:, None] * rubbed(touch, mesh, (of, N), x, _flat(case, n), p, spring, bool(case.planar))
         slope = slope + spring
-    size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
-    return found, 4.0 * EPS * size * float((area[nodes] * slope).sum())
-
-
-def _of_points(
-    case: Case, touch: Touch, mesh: Moved, u: Floats, facets: Ints, steps: int, barrier: Barrier
-) -> tuple[Floats, float]:
-    """The same of points inside facets: of every facet by itself, each point in all that have it."""
-    kind = facets.shape[1]
-    xi = FACETS[kind].lattice(steps)
-    N, split = solids.shape(kind, xi), touching.lattice(FACETS[kind].square, steps)
-    X, x = (np.einsum("la,fai->fli", N, at[facets]).reshape(-1, 3) for at in (mesh.points, mesh.points + u))
-    each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
-    free = (np.abs(N) > ROUND) @ ~np.isin(facets, _still(case, mesh)).T
-    A = touching.shares(X, each, case.depth) * free.T.ravel()
-    g, n = _asked(_where(touch), _flat(case, x))
-    p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
-    push = _flat(case, (A * p)[:, None] * n).reshape(len(facets), -1, 3)
     found = np.zeros_like(u)
-    np.add.at(found, facets, np.einsum("la,fli->fai", N, push))
+    np.add.at(found, of, N[:, :, None] * push[:, None, :])
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
     return found, 4.0 * EPS * size * float((A * slope).sum())
+
+
+def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, Floats, Floats]:
+    """What is kept clear: nodes (p, a) of points, their shares (p, a) and areas (p,), m^2.
+
+    Of points inside facets those of every facet by itself, each point in all that have it.
+    """
+    kind, still = facets.shape[1], _still(case, mesh)
+    if not (steps := inner_steps(case, touch, mesh.points, facets)):
+        triangles = facets[:, np.array(FACETS[kind].triangles)].reshape(-1, 3)
+        area = touching.shares(mesh.points, triangles, case.depth)
+        nodes = np.setdiff1d(np.flatnonzero(area > 0.0), still)
+        return nodes[:, None], np.ones((len(nodes), 1)), area[nodes]
+    xi = FACETS[kind].lattice(steps)
+    N, split = solids.shape(kind, xi), touching.lattice(FACETS[kind].square, steps)
+    X = np.einsum("la,fai->fli", N, mesh.points[facets]).reshape(-1, 3)
+    each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
+    free = (np.abs(N) > ROUND) @ ~np.isin(facets, still).T
+    A = touching.shares(X, each, case.depth) * free.T.ravel()
+    return np.repeat(facets, len(xi), axis=0), np.tile(N, (len(facets), 1)), A
 
 
 def _still(case: Case, mesh: Moved) -> Ints:

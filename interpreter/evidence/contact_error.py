@@ -4,8 +4,11 @@ Where contact ends the pressure goes as a root, on any mesh inside of some cell:
 size and no faster (Drouet and Hild 2015, SIAM J. Numer. Anal. 53:1488), areas with the size, and how the border lies in
 its cell makes differences of meshes jump, so that three of them show no order.
 
-A rigid body seems larger by it. Nothing near a contact moves by more than that; forces go with a power of the travel of
-at most two (a cone), so that they are off by twice the gap over the travel, pressures and areas by less.
+Of pressures, their mean is not more than the greatest, so that a force is no more than area times greatest pressure: a
+mesh in which it is more knows neither. By how much says how far these may be off where nothing else does.
+
+A rigid body seems larger by the gap. Nothing near a contact moves by more than that; forces go with a power of the
+travel of at most two (a cone), so that they are off by twice the gap over the travel, pressures and areas by less.
 """
 
 from __future__ import annotations
@@ -17,9 +20,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import ProbeAnswer
+    from softmark.interpreter.metrics.contact import ContactArea
+    from softmark.interpreter.results.reactions import Touch
 
 ORDER, OF_AREAS = 2.0, 1.0  # of forces, and pressures inside; and of areas
+WITHIN = 0.5  # of the facets that the border is in
 POWER = 2.0  # of the travel, that forces of contact go with at most
+PEAK = 1.5  # the greatest pressure over the mean of a round contact (Hertz 1881); 1.27 of one along a line
+ROUNDED = 1.05  # where all that is pressed is pressed alike it is 1, but for how the border is found
 
 
 def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther: float | None) -> float:
@@ -33,7 +41,15 @@ def index(whole: Answer, seen: ProbeAnswer, apart: float, ratio: float, farther:
 
     order = OF_AREAS if isinstance(seen.metric, ContactArea) else ORDER
     fall: float = ratio ** (1.5 * order if whole.case.planar else order)
-    return FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
+    found = FIRST * max(apart, (farther or 0.0) / fall) / (fall - 1.0)
+    return max(found, _border(seen.metric, seen)) if isinstance(seen.metric, ContactArea) else found
+
+
+def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
+    """Half of the facets that the border is in, in the unit of an area; nothing where these are not known."""
+    touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
+    field: Any = None if touch is None else touch.field
+    return WITHIN * field.pressing.border / touch.area * seen.size if touch and field and touch.area > 0.0 else 0.0
 
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
@@ -55,9 +71,39 @@ def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     from softmark.interpreter.evidence.probe_answers import Unknown
 
     rest = seen.at_rest
-    if rest is None or rest.reason is not None:
+    if rest is None or not (rest.touches or rest.reason is None):
         raise Unknown("what the contacts leave open is not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0
+
+
+def beyond(touch: Touch) -> float | None:
+    """What presses over area times largest pressure, where it is more than 1: no pressure is like that."""
+    field: Any = touch.field
+    if field is None or not touch.area * touch.pressure > 0.0:
+        return None
+    found = abs(float(field.pressing.f.sum())) / (touch.area * touch.pressure)
+    return found if found > ROUNDED else None
+
+
+def at_least(seen: ProbeAnswer) -> float | None:
+    """How far an area or a pressure may be off that contradicts the force, in its unit; None where it does not.
+
+    Raises Unknown where it is more than all of it.
+    """
+    from softmark.interpreter.evidence.orders import HOPELESS
+    from softmark.interpreter.evidence.probe_answers import Unknown
+    from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
+    from softmark.interpreter.metrics.pressure_along import PressureAlong
+
+    metric, rest = seen.metric, seen.at_rest
+    if not isinstance(metric, ContactArea | ContactPressure | PressureAlong) or rest is None:
+        return None
+    times = beyond(rest.touches[metric.of]) if metric.of in rest.touches else None
+    if times is None:
+        return None
+    if PEAK * times - 1.0 > HOPELESS:
+        raise Unknown(f"the mesh is too coarse: the force is {times:.2g} times the area and the greatest pressure")
+    return (PEAK * times - 1.0) * seen.size

@@ -6,16 +6,19 @@ much wrong, and is that part of the stated error.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.evidence.contact_error import beyond
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
+from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.problem.parts.surface import loaded
 from softmark.solvers.contact.gaps import gap_of
 
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import ProbeAnswer
     from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.metrics.metric import Metric
     from softmark.interpreter.problem.case import Case, Touch
     from softmark.interpreter.results.reactions import AtRest
     from softmark.solvers.mesh.mesh import Mesh
@@ -86,4 +90,22 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
                 f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
                 "it may have gone through between them: use cells as fine as the least radius of what presses",
+            )
+
+
+def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
+    """A warning for each contact whose area or pressure is asked, and whose force is more than these come to."""
+    asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
+    for name in sorted(asked & set(rest.touches)) if rest.reason is None else ():
+        touch = rest.touches[name]
+        if (times := beyond(touch)) is not None:
+            area = units.show(rounded(touch.area, 3), units.AREA)
+            most = units.show(rounded(touch.pressure, 3), units.PRESSURE)
+            yield diagnostic(
+                "W660",
+                declared.at("size" if "size" in declared.fields else ""),
+                f"`{name}` presses with {rounded(times, 2):g} times what its area of {area} and its greatest pressure"
+                f" of {most} come to, in `{declared.name}`",
+                "too coarse for an area or a pressure",
+                "use smaller cells, so that a few of them touch: the force is off as well, if by less",
             )

@@ -38,6 +38,7 @@ DOUBTS: dict[str, str] = {
     "W378": "steps do not show all of a course",
     "W389": "its fibres have no direction somewhere",
     "W659": "its facets do not follow what presses",
+    "W660": "its contact is less than a few cells wide",
 }
 
 

@@ -27,6 +27,7 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.faceted import facets
 from softmark.interpreter.evidence.kinds import voucher_of
+from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.evidence.probe_answers import TRIFLE, Floats, ProbeAnswer, Unknown
 from softmark.interpreter.evidence.selection_error import selection
 from softmark.interpreter.front.course_steps import shows
@@ -112,10 +113,23 @@ class Stated(Answer):
         voucher = voucher_of(self.declared.thing)
         if not isinstance(seen.metric, OfTensors):
             self._must_have_limit(seen)
-            return voucher.discretisation(self, seen)
+            return self._of_mesh(voucher, seen)
         from softmark.interpreter.evidence.stress_limits import settled
 
         return settled(self, seen, voucher.discretisation)
+
+    def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
+        """Of what a mesh makes; where nothing is known of it, of areas and pressures that contradict their force."""
+        try:
+            return voucher.discretisation(self, seen)
+        except Unknown:
+            if not self.case.contacts:
+                raise
+            from softmark.interpreter.evidence.contact_error import at_least
+
+            if (least := at_least(seen)) is None:
+                raise
+            return least
 
     def _must_have_limit(self, seen: ProbeAnswer) -> None:
         """Raises Unknown of what has no limit: pressure at sharp edges, and what forces on points or along lines do."""
@@ -308,8 +322,9 @@ def _asked(
 
 def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
     """Whether a metric is about forces that a view knows."""
-    known = view.at_rest is not None and view.at_rest.reason is None
-    return known and isinstance(metric, OfForces) and metric.body_in(scene) in (None, view.body)
+    if not isinstance(metric, OfForces) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
+        return False
+    return metric.body_in(scene) in (None, view.body)
 
 
 def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:

@@ -12,6 +12,7 @@ THREE = 1.25  # of three whose order is that of theory
 NEAR = 0.5  # how far it may be from that
 LEAST = 0.5  # order below which three grids say no more than two
 COARSE = 0.3  # relative distance of two grids above which neither says anything
+HOPELESS = 1.0  # relative: an error of all that moves is no statement
 
 
 def index(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:

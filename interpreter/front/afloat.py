@@ -84,7 +84,7 @@ def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 
 def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """That it meets one body, in space, without friction."""
+    """That it meets one body, in space."""
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:
@@ -100,13 +100,6 @@ def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "of which is solved by itself",
                 "more than one body",
                 "make one body of them: `apart(...)`",
-            )
-        if contact.thing.friction:
-            yield (
-                contact.at("friction"),
-                f"`{contact.name}` has friction, and `{body.name}` is free",
-                "no friction of free bodies",
-                "leave it out, or move the body by a support",
             )
     for support in (s for s in case.supports if isinstance(s.thing, Symmetric)):
         yield (

@@ -11,6 +11,7 @@ from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
 from softmark.interpreter.vocabulary.contacts import Between
+from softmark.interpreter.vocabulary.loads import PointForce, Torque
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Turned
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -31,6 +32,10 @@ DISTANT = (
 )  # fmt: skip
 
 ON_AXIS = 1e-9  # of its size: a rigid body that is nearer to the axis turns about it
+PULLED = (
+    "what pulls at a rigid body that is free, with a `density` or a `mass` in a dynamic analysis, is gravity, a "
+    "`point_force(...)` or a `torque(...)`; any other goes where `displaced(...)` takes it"
+)
 MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a whole, and a `contact` lets it act"
 
 
@@ -131,9 +136,14 @@ def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         thing = declared.thing
         if declared.kind in ("contact", "metric") or getattr(thing, "body", None) != body.name:
             continue
-        if declared.kind != "support":
+        if declared.kind == "load" and body.thing.free and isinstance(thing, PointForce | Torque):
+            if isinstance(thing, Torque) and thing.where is not EVERYWHERE:
+                yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a moment turns all of it",
+                                 "no part of a rigid body", "leave `where` out")  # fmt: skip
+        elif declared.kind != "support":
+            help = PULLED if declared.kind == "load" else MOVED
             yield diagnostic("E655", declared.at("body"), f"`{declared.name}` is about `{body.name}`, which is rigid",
-                             f"no {declared.kind} of a rigid body", MOVED)  # fmt: skip
+                             f"no {declared.kind} of a rigid body", help)  # fmt: skip
         elif not isinstance(thing, Fixed | Displaced | Turned):
             yield diagnostic("E655", declared.at(), f"`{declared.name}` is no support of a rigid body such as "
                              f"`{body.name}`", "not of a rigid body", MOVED)  # fmt: skip

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.metric import WHEN, OfForces, When
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.records import dataclass
 
@@ -20,6 +20,8 @@ else:
 
 class OfContact(OfForces):
     """One of a contact."""
+
+    of_surface = True
 
     if TYPE_CHECKING:
         of: str
@@ -50,9 +52,12 @@ class ContactArea(OfContact):
     It ends between a node that touches and one that does not, where pressure and gap say; in a coarse mesh it is the
     least sure of what is told of a contact, and it has no limit where contact opens and closes with the mesh. Against
     another model or a theory it is the difference relative to that one's.
+
+    In a motion a report has besides largest_in_time_m2 and when that is, largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m^2"
 
@@ -73,13 +78,14 @@ class ContactPressure(OfContact):
     bilinear on facets, that comes to the same forces. It has no limit at the edge of a sharp punch, where it grows with
     every refinement: a rounded one has. Against another model or a theory it is the difference relative to that one's.
 
-    Beside its value a report has largest_Pa.
+    Beside its value a report has largest_Pa; in a motion largest_in_time_Pa and when that is, largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
     at: Annotated[
         tuple[float, float, float] | None, "m", "a point of the surface, by its coordinates before deformation"
     ] = None
+    over: Annotated[When, WHEN] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "Pa"
 
@@ -116,12 +122,18 @@ class ContactGap(OfContact):
     Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
     property of the bodies, but a part of the stated error of all else.
 
-    Beside its value a report has left_m, the mean where something presses, by the forces there.
+    Beside its value a report has left_m, the mean where something presses, by the forces there; in a motion
+    least_in_time_m and when that is, least_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
+    over: Annotated[
+        Literal["end", "least", "mean"],
+        "in a motion: its value at the end, the least of all times, or the mean over time",
+    ] = "end"
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m"
+    extreme: ClassVar[str] = "least"
 
     def amount(self, rest: AtRest) -> Floats:
         """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from softmark.interpreter.metrics.undefined import Undefined
 
@@ -12,16 +12,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.metrics.curves import Course
     from softmark.interpreter.metrics.measurement import Measurement, Seen
     from softmark.interpreter.results.reactions import AtRest
 
     Floats = NDArray[np.float64]
+
+When = Literal["end", "largest", "mean"]
+WHEN = "in a motion: its value at the end, the largest of all times, or the mean over time"
 
 
 class Metric:
     """A number of an answer; what it looks at are its fields `probe` and `against`, where it has them."""
 
     last: ClassVar[bool] = False  # whether it looks at the last point of its probe alone
+    followed: ClassVar[bool] = False  # whether it has values over time in a motion, beside that of its end
     of_all_states: ClassVar[bool] = False  # whether it is of the way through all states: expected of the last alone
 
     @property
@@ -79,6 +84,14 @@ class OfForces(Metric):
     """One that is made of what a state of rest says of forces; against another model it is relative to that."""
 
     natural: ClassVar[str]  # the unit of its value
+    followed: ClassVar[bool] = True
+    extreme: ClassVar[str] = "largest"  # or `least`: which of its values in a motion is the one to know
+    of_surface: ClassVar[bool] = False  # whether it is told of the surface in contact, which is not kept of every step
+
+    @property
+    def when(self) -> str:
+        """Which of its values in a motion it is: `end`, `largest` or `mean`."""
+        return str(vars(self).get("over", "end"))
 
     @property
     def unit(self) -> str:
@@ -95,7 +108,9 @@ class OfForces(Metric):
 
         own = self._known(seen.at_rest)
         if self.measured_from is None:
-            return Measurement(self._along(own), self.details(own))
+            course = self.course(seen.at_rest)
+            details = self.details(own) | ({} if course is None else self._farthest(course))
+            return Measurement(self._along(own), details, curve=course)
         rest = None if seen.known is None else seen.known.at_rest
         right = self._right(rest)
         if (size := self.size(right)) == 0.0:
@@ -134,7 +149,7 @@ class OfForces(Metric):
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
         """The same in its natural unit. Raises Undefined."""
-        return self.size(self.amount(rest) - self.amount(right))
+        return self.size(self._chosen(rest) - self._chosen(right))
 
     def extent(self, rest: AtRest | None) -> float:
         """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
@@ -155,14 +170,36 @@ class OfForces(Metric):
     def _along(self, value: Floats) -> float:
         return float(value @ self.direction) if self.direction is not None else float(value)
 
+    def course(self, rest: AtRest | None) -> Course | None:
+        """Its values over time, in motion; None at rest. Raises Undefined."""
+        if (known := self._sound(rest)).followed is None:
+            return None
+        from softmark.interpreter.metrics.in_motion import course
+
+        return course(self, known.followed)
+
+    def _farthest(self, course: Course) -> dict[str, Any]:
+        """What a report has besides, of a motion: its largest value, or least, and when that is."""
+        at = int((course.y if self.extreme == "least" else -abs(course.y)).argmin())
+        unit = course.units[1]
+        return {f"{self.extreme}_in_time_{unit}": float(course.y[at]), f"{self.extreme}_at_s": float(course.x[at])}
+
     def _known(self, rest: AtRest | None) -> Floats:
-        return self.amount(self._sound(rest))
+        return self._chosen(self._sound(rest))
+
+    def _chosen(self, rest: AtRest) -> Floats:
+        """What it is of, of a motion at the time that counts. Raises Undefined."""
+        if rest.followed is None or self.when == "end":
+            return self.amount(rest)
+        from softmark.interpreter.metrics.in_motion import chosen
+
+        return chosen(self, rest.followed)
 
     def _sound(self, rest: AtRest | None) -> AtRest:
         if rest is None:
             raise Undefined("a reference has no forces")
-        if rest.reason is not None:
-            raise Undefined(rest.reason)
+        if not rest.knows(self.concerned):
+            raise Undefined(rest.reason or "")
         return rest
 
 

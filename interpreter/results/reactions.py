@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Protocol
 
@@ -100,17 +100,20 @@ class Touched(Plain):
     """What a report says of a contact: what it comes to, and its force and moment on the body that deforms.
 
     `overlap` is how deep facets cut into the rigid body between their nodes, m; None where that is not known. `taken`
-    is the area of the facets that may touch over that of what the contact selects; None where it selects all.
+    is the area of the facets that may touch over that of what the contact selects; None where it selects all. `beyond`
+    is what presses over area times largest pressure, where a coarse mesh makes it more than 1.
     """
 
     touch: Touch
     reaction: Reaction
     overlap: float | None = None
     taken: float | None = None
+    beyond: float | None = None
 
     def entries(self) -> Mapping[str, object]:
         """Of all three."""
-        own = {"overlap": self.overlap} | ({} if self.taken is None else {"taken": self.taken})
+        known = {"taken": self.taken, "beyond": self.beyond}
+        own = {"overlap": self.overlap} | {name: value for name, value in known.items() if value is not None}
         return {**self.touch.entries(), **own, **self.reaction.entries()}
 
 
@@ -123,6 +126,13 @@ class Pressed(Protocol):
     @property
     def at_nodes(self) -> Mapping[str, NDArray[np.float64]]:
         """`pressure`, Pa, and `gap`, m, at all nodes of the mesh (n,): nothing and not a number beyond the surface."""
+
+
+class States(Protocol):
+    """What contacts come to over time."""
+
+    def states(self, surface: bool) -> tuple[NDArray[np.float64], Iterator[AtRest]]:
+        """Times (t,), s, with what is known at each: at all, or at those at which the surface is known as well."""
 
 
 class Fluid(Protocol):
@@ -144,9 +154,11 @@ class Fluid(Protocol):
 class AtRest:
     """What a state of rest says of forces: reactions and works of loads by name, and the strain energy, J.
 
+    Of a motion it says at its end, and has `followed` for the times before, what contacts do and nothing else.
+
     The work of a load at full size is None where it depends on the way. `acting` is the largest load, by the sizes of
     its forces at nodes, or reaction, N; `moved` the largest displacement of a node, and `extent` that of the body, m.
-    `reason` says why nothing is known.
+    `reason` says why nothing is known, but of what has a reaction here.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)
@@ -160,3 +172,8 @@ class AtRest:
     fluid: Fluid | None = None  # of a porous body
     touches: Mapping[str, Touch] = field(default_factory=dict)  # what contacts come to, by name
     off: float | None = None  # of a theory: how far its forces may be off for what it leaves out, relative
+    followed: States | None = None  # in a motion
+
+    def knows(self, name: str | None) -> bool:
+        """Whether anything is known of a support or contact, or where none is named of the whole body."""
+        return self.reason is None or name in self.reactions

@@ -100,9 +100,11 @@ def solve(work: Work, name: str) -> None:
     )
     work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
     if case.contacts:
-        from softmark.interpreter.evidence.contact_notes import cut_in
+        from softmark.interpreter.evidence.contact_notes import contradicted, cut_in
 
-        work.warn((), here=tuple(cut_in(declared, case, rest, solution.facts)))
+        metrics = [metric.thing for metric in work.scene.of_kind("metric").values()]
+        cut = cut_in(declared, case, rest, solution.facts)
+        work.warn((), here=(*cut, *contradicted(declared, rest, metrics)))
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
@@ -116,11 +118,14 @@ def touched(case: Case, prepared: Prepared, rest: AtRest, facts: Mapping[str, An
     """What a report says of contacts, by name."""
     if not rest.touches:
         return {}
+    from softmark.interpreter.evidence.contact_error import beyond
     from softmark.interpreter.evidence.contact_notes import shares
 
     checks, taken = (facts.get("checks") or {}).get("contact") or {}, shares(case, prepared.mesh)
     return {
-        name: Touched(touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name))
+        name: Touched(
+            touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name), beyond(touch)
+        )
         for name, touch in rest.touches.items()
     }
 

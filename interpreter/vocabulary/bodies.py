@@ -40,10 +40,10 @@ class Rigid:
     of them, and goes by the sum of what others say. The gap between it and what it touches is that of the shape itself.
 
     With a `density`, or a `mass` that is spread over its volume, it is free in a dynamic analysis: it has six degrees
-    of freedom, the inertia of its shape, and moves as `gravity(...)` and what it touches let it; momentum of both
-    together is kept, and damping is that of the body that deforms alone. A report says how in `solve.rigid`. Spheres,
-    boxes, cylinders, bodies of revolution and closed surfaces have a mass; it meets one body, in space, without
-    friction.
+    of freedom, the inertia of its shape, and moves as `gravity(...)`, a `point_force(...)` at a point of it, a
+    `torque(...)` without `where` and what it touches let it; momentum of both together is kept, with friction too, and
+    damping is that of the body that deforms alone. A report says how in `solve.rigid`. Spheres, boxes, cylinders,
+    bodies of revolution and closed surfaces have a mass; it meets one body, in space.
     """
 
     shape: Annotated[Any, "shape", "its geometry where it is declared"]

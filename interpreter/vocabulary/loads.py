@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from typing import Annotated, Any, Self
 
+from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.results.states import Moment
 from softmark.interpreter.vocabulary.courses import Passed, State
 from softmark.records import dataclass
@@ -247,7 +248,8 @@ class PointForce(Load):
     """A force at one material point, which keeps its direction.
 
     In a solid the displacement right under a point force grows without bound as the mesh is refined: look at it from a
-    distance. On a beam a point beside the axis is one of its section, which carries it along: an eccentric force.
+    distance. On a beam a point beside the axis is one of its section, which carries it along: an eccentric force. On a
+    free rigid body it pulls at that point of it, wherever that goes.
     """
 
     strength = "vector"
@@ -272,14 +274,15 @@ class Torque(Load):
     its force nothing. A model of small strain takes the undeformed part. On a beam it is the moment on a whole end
     section, which Simo-Reissner theory has as its boundary condition. Such a moment has no energy under turns about
     several axes, so that the tangent is not symmetric (Argyris, Dunne and Scharpf 1978). The report says what it comes
-    to, with the area.
+    to, with the area. On a free rigid body, without `where`, it turns all of it.
     """
 
     strength = "moment"
 
     body: Annotated[str, "body", "the body that is loaded"]
-    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
     moment: Annotated[Vector3, "N*m", "the moment, right-handed"]
+    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation; none of a rigid"
+                     " body, all of which it turns"] = EVERYWHERE  # fmt: skip
     course: Annotated[Any | None, "course", COURSE] = None
 
     @property

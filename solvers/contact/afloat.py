@@ -15,8 +15,8 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, Look
-from softmark.solvers.contact.inner import Inner
-from softmark.solvers.contact.pose import exponential
+from softmark.solvers.contact.pose import Pose, exponential
+from softmark.solvers.contact.rubbing import Rubbing
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks, cross_matrix
 from softmark.solvers.energies.energy import Floats, Ints
@@ -117,7 +117,7 @@ class Principal:
 
 
 @dataclass(frozen=True)
-class Afloat(Inner):
+class Afloat(Touching):
     """Touching of a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, seen from the body at y_p.
 
     Moments are those about the body's own axes where they are, as the equations of what turns take them; the tangent is
@@ -139,9 +139,17 @@ class Afloat(Inner):
         body = np.broadcast_to(self.free.first + np.arange(6), (len(self.of), 6))
         return np.hstack([self.carried, body])
 
+    def spots(self, x: Floats) -> Floats:
+        """Where they are in space (p, 3), m."""
+        return super().places(x)
+
     def places(self, x: Floats) -> Floats:
         """Where they are as seen from the body, about its axes (p, 3), m."""
-        found: Floats = (super().places(x) - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
+        return self.seen(self.spots(x), x)
+
+    def seen(self, where: Floats, x: Floats) -> Floats:
+        """Points of space (n, 3), m, as seen from the body, about its axes."""
+        found: Floats = (where - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
     def pushes(self, x: Floats) -> Floats:
@@ -163,10 +171,8 @@ class Afloat(Inner):
         near = np.flatnonzero(g < self.barrier.distance)
         if not len(near):
             return
-        P, first = self.chart.axes(self.which, x), self.free.first
-        n, H, y = n[near], H[near], self.places(x)[near]
-        to = np.broadcast_to(P.T, (len(near), 3, 3))
-        S = np.concatenate([to, -to, cross_matrix(y)], axis=2)
+        n, H = n[near], H[near]
+        P, S = self._seeing(x, near)
         N = np.einsum("pi,pij->pj", n, S)
         K = self.barrier.slope(g[near])[:, None, None] * N[:, :, None] * N[:, None, :]
         if not projected:
@@ -176,6 +182,17 @@ class Afloat(Inner):
             across[:, 3:6, 6:9] += P @ c
             across[:, 6:9] += c @ S
             K -= self.barrier.pressure(g[near])[:, None, None] * across
+        self._add(x, near, K, data, slots, scale)
+
+    def _seeing(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
+        """The body's axes P, and how it sees points (k,) move: S (k, 3, 9) of their ways, its own and its turn."""
+        P = self.chart.axes(self.which, x)
+        to = np.broadcast_to(P.T, (len(near), 3, 3))
+        return P, np.concatenate([to, -to, cross_matrix(self.places(x)[near])], axis=2)
+
+    def _add(self, x: Floats, near: Ints, K: Floats, data: Floats, slots: Ints, scale: float) -> None:
+        """Add stiffness K (k, 9, 9) of points and body, per area, to that of the unknowns."""
+        first = self.free.first
         K[:, :, 6:9] = K[:, :, 6:9] @ right_jacobian(x[first + 3 : first + 6])
         E = self._spread(near)
         add_blocks(scale * self.A[near, None, None] * (E.swapaxes(1, 2) @ K @ E), slots[near], data)
@@ -190,12 +207,42 @@ class Afloat(Inner):
         return E
 
 
+@dataclass(frozen=True)
+class RubbingAfloat(Rubbing, Afloat):
+    """The same with friction: ways, anchors and tractions are those that the body sees, about its own axes.
+
+    What holds a point pulls at the body as well, opposite and at the same point.
+    """
+
+    def pushes(self, x: Floats) -> Floats:
+        """What the body does to its points, in space (p, 3), N."""
+        found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
+        return found
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """With S^T B S of the stiffness B of tractions t = dE/dy, and what a turn of the body makes of these."""
+        Afloat.add_hessian(self, x, data, slots, scale, projected)
+        near, B = self.stiffness(x, projected)
+        if not len(near):
+            return
+        P, S = self._seeing(x, near)
+        K = S.swapaxes(1, 2) @ B @ S
+        if not projected:
+            _, n, _ = self.look(x)
+            t = cross_matrix(self._traction(x, n, self.friction * self.pressures(x))[near])
+            K[:, 0:3, 6:9] -= P @ t
+            K[:, 3:6, 6:9] += P @ t
+            K[:, 6:9] += t @ S
+        self._add(x, near, K, data, slots, scale)
+
+
 def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
     """A contact whose rigid body is free, where it was one that stayed."""
     known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = Principal(whole, body.middle, body.axes)
-    if not isinstance(touching, Inner):
-        ones = np.ones((len(touching.nodes), 1))
-        known |= {"of": touching.nodes[:, None], "shares": ones, "at_rest": touching.X}
-    return Afloat(**known | {"posed": lambda share: seen}, chart=chart, which=which)
+    known |= {"posed": lambda share: seen, "chart": chart, "which": which}
+    if not isinstance(touching, Rubbing):
+        return Afloat(**known)
+    known |= {"carries": lambda share: Pose(), "anchors": (touching.at_rest - body.middle) @ body.axes}
+    return RubbingAfloat(**known)

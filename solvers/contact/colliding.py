@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from softmark.records import dataclass
@@ -127,6 +128,7 @@ class Colliding(Wandering):
             found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
             return found
         V, corners = self._places(x)
+        self._kept.clear()
         pairs, self._kept["beside"] = self._pairs(V)
         self._kept["x"], self._kept["near"] = x, (pairs, self._guard(corners), V, corners)
         return self._near(x)
@@ -210,11 +212,24 @@ class Colliding(Wandering):
         return float(self._potential(pairs, self._sampled, V) + self._faint(guard, self._surface, corners))
 
     def forces(self, x: Floats) -> Floats:
-        """Derivatives by the places of corners and samples (v, d), N."""
+        """Derivatives by the places of corners and samples (v, d), N; of the last state known already."""
         pairs, guard, V, corners = self._near(x)
+        if "forces" in self._kept:
+            known: Floats = self._kept["forces"]
+            return known
         g = self._potential.gradient(pairs, self._sampled, V)
         g[: corners.size] += self._faint.gradient(guard, self._surface, corners)
         found: Floats = np.asarray(g).reshape(V.shape) / self._unit
+        self._kept["forces"] = found
+        return found
+
+    def stored(self, x: Floats) -> float:
+        """What it gives back, J."""
+        return self.value(x)
+
+    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+        """Which samples (p,) something presses on."""
+        found: NDArray[np.bool_] = self.forces(x)[self.skin.corners :].any(axis=1)
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:

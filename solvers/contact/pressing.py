@@ -155,6 +155,13 @@ class Pressing:
             total += float(own[cut] @ (part if sign > 0.0 else 1.0 - part))
         return total
 
+    @cached_property
+    def border(self) -> float:
+        """The area of triangles of which a part is in contact, m^2: what the place of the border is known to."""
+        triangles = self.facets[:, np.array(self._facet.triangles)].reshape(-1, 3)
+        on = self.touching[triangles]
+        return float(self._areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
+
     def _areas(self, triangles: Ints) -> Floats:
         a, b, c = (self.x[triangles[:, i]] for i in range(3))
         found: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -171,7 +178,8 @@ class Pressing:
         """
         h = np.linalg.norm(self.x[touching] - self.x[free], axis=1)
         a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
-        b = (0.75 * self.modulus * np.maximum(self.g[free], 0.0)) ** (2.0 / 3.0)
+        g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # what is held beside it has none
+        b = (0.75 * self.modulus * g) ** (2.0 / 3.0)
         c = np.minimum(np.cbrt(h / a), h / np.maximum(b, 1e-300))
         for _ in range(NEWTON):
             c = c - (a * c**3 + b * c - h) / (3.0 * a * c * c + b)

@@ -1,4 +1,4 @@
-"""Coulomb friction of a surface on a rigid body: what holds its nodes where they last stuck, up to what slides."""
+"""Coulomb friction of a surface on a rigid body: what holds its points where they last stuck, up to what slides."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Dual:
 
 @dataclass(frozen=True)
 class Slip:
-    """How nodes stand to their anchors.
+    """How points stand to their anchors.
 
     `s` (m, 3) is their way from them along the surface, m, `size` (m,) its length, `t` (m,) the traction against it,
     Pa, and `slides` (m,) whether that is all that friction bears, of a `spring`, Pa/m.
@@ -89,7 +89,7 @@ class Slip:
 
     @property
     def slid(self) -> Floats:
-        """How far nodes have slid since they last stuck (m,), m."""
+        """How far points have slid since they last stuck (m,), m."""
         return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
 
     @property
@@ -100,11 +100,11 @@ class Slip:
 
 @dataclass(frozen=True)
 class Rubbing(Touching):
-    """Touching with friction: a traction -k s on nodes, s their way along the surface from anchors, or -mu p s/|s|.
+    """Touching with friction: a traction -k s at points, s their way along the surface from anchors, or -mu p s/|s|.
 
-    Elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5): `anchors` (m, 3) are
+    Elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5): `anchors` (p, 3) are
     points of the rigid body, which move with it, and stay where they are within a state; what a state leaves of them is
-    `settled`. The `spring` k, Pa/m, lets a node that sticks go by mu p / k at most, which is less than the distance of
+    `settled`. The `spring` k, Pa/m, lets a point that sticks go by mu p / k at most, which is less than the distance of
     the barrier. Where p counts as it is there is a force and an unsymmetric tangent, and no energy; with a `lag`, of an
     earlier iterate, there are both.
     """
@@ -112,7 +112,7 @@ class Rubbing(Touching):
     friction: float = 0.0
     spring: float = 0.0
     carries: Callable[[float], Pose] = lambda share: Pose()
-    anchors: Floats | None = None  # (m, 3) m, in the body as it is declared; None: where the nodes are at rest
+    anchors: Floats | None = None  # (p, 3) m, in the body as it is declared; None: where the points are at rest
     lag: Lag | None = None
     dual: Dual | None = None
     conservative: bool = False
@@ -129,8 +129,8 @@ class Rubbing(Touching):
 
     @cached_property
     def held(self) -> Floats:
-        """Anchors where they are now (m, 3), m."""
-        return self.pose.moved(self.X if self.anchors is None else self.anchors)
+        """Anchors where they are now (p, 3), m."""
+        return self.pose.moved(self.at_rest if self.anchors is None else self.anchors)
 
     def softened(self, soft: float) -> Rubbing:
         """The same `soft` times as stiff along the surface as well, with a tangent that begins anew."""
@@ -157,9 +157,10 @@ class Rubbing(Touching):
         Adds to a `way` (dofs,), m, how it has gone on since, at each node. (Itself, where that is not known.)
         """
         was: Any = self.before()
-        old, there = getattr(self.earlier, "pose", Pose()), self.places(x)
         if self.earlier is not None:
-            way[self.stencils] = self.pose.moved(old.back(there)) - there
+            old, own = getattr(self.earlier, "pose", Pose()), 3 * self.nodes[:, None] + np.arange(3)
+            there = self.X + x[own]
+            way[own] = self.pose.moved(old.back(there)) - there
         found: Rubbing = was.lagged(x, grips=True)
         return found
 
@@ -172,7 +173,7 @@ class Rubbing(Touching):
         return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
-        """From anchors to nodes (m, 3), m: all of it, and along the surface of normals n (m, 3)."""
+        """From anchors to points (p, 3), m: all of it, and along the surface of normals n (p, 3)."""
         d = self.places(x) - self.held
         if self.flat:
             d[:, 2] = 0.0
@@ -180,32 +181,32 @@ class Rubbing(Touching):
         return d, s
 
     def slip(self, x: Floats) -> Slip:
-        """How its nodes stand to their anchors in a state."""
+        """How its points stand to their anchors in a state."""
         g, n, _ = self.look(x)
         return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
 
     def settled(self, x: Floats) -> Floats:
-        """The anchors that a state leaves (m, 3), m: what slid has taken them along, and what is apart has none."""
+        """The anchors that a state leaves (p, 3), m: what slid has taken them along, and what is apart has none."""
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
     def holding(self, anchors: Floats) -> Rubbing:
-        """The same from other anchors (m, 3), m, on."""
+        """The same from other anchors (p, 3), m, on."""
         return replace(self, anchors=anchors)
 
     def stored(self, x: Floats) -> float:
-        """With what nodes that stick have given way by, J."""
+        """With what points that stick have given way by, J."""
         return super().value(x) + float(self.A @ self.slip(x).t ** 2) / (2.0 * self.spring)
 
     def work(self, x: Floats, since: Touching) -> float:
-        """With what it drags: its points that nodes hold on to go along, and what holds them does that work, J."""
+        """With what it drags: where points hold on to it goes along, and what holds them does that work, J."""
         was: Any = since
         _, n, _ = self.look(x)
         t = self._traction(x, n, self.friction * self.pressures(x))
         return super().work(x, since) - float(self.A @ np.einsum("ij,ij->i", t, self.held - was.held))
 
     def slid(self, x: Floats) -> Floats:
-        """How far each node has slid since the anchors were taken (m,), m."""
+        """How far each point has slid since the anchors were taken (p,), m."""
         return self.slip(x).slid
 
     def lost(self, x: Floats) -> float:
@@ -214,7 +215,7 @@ class Rubbing(Touching):
         return float(self.A @ (slip.t * slip.slid))
 
     def pushes(self, x: Floats) -> Floats:
-        """What the rigid body does to the nodes (m, 3), N."""
+        """What the rigid body does to its points (p, 3), N."""
         g, n, _ = self.look(x)
         p = self.barrier.pressure(g)
         return self.A[:, None] * (p[:, None] * n - self._traction(x, n, self.friction * p))
@@ -229,6 +230,11 @@ class Rubbing(Touching):
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
         super().add_hessian(x, data, slots, scale, projected)
+        on, blocks = self.stiffness(x, projected)
+        add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
+
+    def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
+        """Of friction: points (k,) that are pressed, and how their tractions grow with their ways (k, 3, 3), Pa/m."""
         g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p
@@ -251,8 +257,8 @@ class Rubbing(Touching):
         if self.lag is None and not projected:
             falls = np.where(slip.slides, self.friction * self.barrier.slope(g), 0.0)
             blocks = blocks - falls[:, None, None] * u[:, :, None] * n[:, None, :]
-        blocks[most <= 0.0] = 0.0
-        add_blocks(scale * self.A[:, None, None] * blocks, slots, data)
+        on = np.flatnonzero(most > 0.0)
+        return on, blocks[on]
 
     def rounding(self, x: Floats) -> float:
         """With what the last digits of places leave in friction, N."""
@@ -261,7 +267,7 @@ class Rubbing(Touching):
         return super().rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
     def _traction(self, x: Floats, n: Floats, most: Floats) -> Floats:
-        """Against slip, (m, 3), Pa."""
+        """Against slip, (p, 3), Pa."""
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
         slip = Slip.of(self.way(x, n)[1], most, self.spring)

@@ -1,15 +1,16 @@
-"""A surface that keeps clear of a rigid body: an energy of the gaps of its nodes."""
+"""A surface that keeps clear of a rigid body: an energy of the gaps of its nodes, or of other points of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.contact.points import Points
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
@@ -17,14 +18,17 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.contact.gaps.gap import Gap, Look
 
+SAME = 1e-9  # of shape functions: what is less is nothing
+
 
 @dataclass(frozen=True)
 class Touching(Energy):
-    """E = sum_i A_i phi(g(X_i + u_i)) over `nodes` (m,) of a surface, at rest at X (m, 3), m, with areas A (m,), m^2.
+    """E = sum_p A_p phi(g(x_p)) over points x_p = sum_a N_pa x_a of a surface, with areas A (p,), m^2.
 
-    `posed` says of a share of the load where the rigid body then is; `share` is the present one. Nodes alone keep
-    clear: between them a facet may cut a convex body by as much as it is flat. Frictionless; with `flat` the gap is
-    that of sections, and nothing acts along z.
+    `shares` N (p, a) are those of nodes `of` (p, a); unless they are given, points are the `nodes` (m,) of the surface,
+    at rest at X (m, 3), m, which are told of forces in any case. Points alone keep clear: between them a facet may cut
+    a convex body by as much as it is flat. `posed` says of a share of the load where the rigid body then is; `share` is
+    the present one. Frictionless; with `flat` the gap is that of sections, and nothing acts along z.
     """
 
     driven: ClassVar[bool] = True  # by the share of the load, to which it is not in proportion
@@ -39,12 +43,34 @@ class Touching(Energy):
     facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
     conservative: bool = True
     earlier: Gap | None = None  # the rigid body in the state that is started from
-    sunk: Floats | float = 0.0  # (m,) m, by how much gaps are larger: of what touches at first, and of soft barriers
+    sunk: Floats | float = 0.0  # (p,) m, by how much gaps are larger: of what touches at first, and of soft barriers
+    of: Any = None  # (p, a)
+    shares: Any = None  # (p, a)
+    at_rest: Any = None  # (p, 3) m: where the points are
+
+    def __post_init__(self) -> None:
+        """Where no points are given, these are the nodes."""
+        if self.of is None:
+            ones = np.ones((len(self.nodes), 1))
+            known = {"of": np.asarray(self.nodes)[:, None], "shares": ones, "at_rest": self.X}
+            for name, value in known.items():
+                object.__setattr__(self, name, value)
+
+    @property
+    def points(self) -> Points:
+        """What is kept clear."""
+        return Points(self.of, self.shares, self.A)
 
     @cached_property
+    def carried(self) -> Ints:
+        """Three degrees of freedom of each node of each point (p, 3 a)."""
+        found: Ints = (3 * self.of[:, :, None] + np.arange(3)).reshape(len(self.of), -1)
+        return found
+
+    @property
     def stencils(self) -> Ints:
-        """Three degrees of freedom of each node (m, 3)."""
-        return 3 * self.nodes[:, None] + np.arange(3)
+        """These."""
+        return self.carried
 
     @cached_property
     def body(self) -> Gap:
@@ -72,8 +98,8 @@ class Touching(Energy):
         self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
 
     def spread(self, push: Floats, g: Floats) -> None:
-        """Add forces on its points (m, 3), N, to those on degrees of freedom (dofs,)."""
-        np.add.at(g, self.stencils, push)
+        """Add forces on its points (p, 3), N, to those on degrees of freedom (dofs,), by their shares."""
+        np.add.at(g, self.carried, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
 
     def stiffer(self, factor: float) -> Touching:
         """The same with a barrier so many times as stiff."""
@@ -98,27 +124,55 @@ class Touching(Energy):
         return replace(self, barrier=replace(self.barrier, distance=d / soft), sunk=self.sunk + (d / soft - d))
 
     def places(self, x: Floats) -> Floats:
-        """Where its nodes are (m, 3), m; of a slice in its plane."""
-        found = self.X + np.asarray(x, dtype=np.float64)[self.stencils]
+        """Where its points are (p, 3), m; of a slice in its plane."""
+        u = np.asarray(x, dtype=np.float64)[self.carried].reshape(*self.of.shape, 3)
+        found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
+    def spots(self, x: Floats) -> Floats:
+        """Where its points are in space (p, 3), m, from wherever they are looked at."""
+        return self.places(x)
+
+    @cached_property
+    def _alone(self) -> tuple[Ints, Ints]:
+        """Points that are nodes (k,), and which of the nodes these are (k,)."""
+        points = np.flatnonzero(self.shares.max(axis=1) > 1.0 - SAME)
+        own = self.of[points, self.shares[points].argmax(axis=1)]
+        known = np.isin(own, self.nodes)
+        return points[known], np.searchsorted(self.nodes, own[known])
+
+    def nodal_gaps(self, x: Floats) -> Floats:
+        """Of its nodes (m,), m: those of points that are nodes among them."""
+        where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
+        found = self.body.gap(self.seen(where * (1.0, 1.0, 0.0) if self.flat else where, x))
+        points, which = self._alone
+        found[which] = self.gaps(x)[points]
+        return found
+
+    def seen(self, where: Floats, x: Floats) -> Floats:
+        """Points of space (n, 3), m, as the gap takes them."""
+        return where
+
     def gaps(self, x: Floats) -> Floats:
-        """Of its nodes (m,), m."""
+        """Of its points (p,), m."""
         return self.look(x)[0]
 
     def pressures(self, x: Floats) -> Floats:
-        """What the law of the gap says at its nodes (m,), Pa."""
+        """What the law of the gap says at its points (p,), Pa."""
         return self.barrier.pressure(self.gaps(x))
 
     def pushes(self, x: Floats) -> Floats:
-        """What the rigid body does to its points (m, 3), N."""
+        """What the rigid body does to its points (p, 3), N."""
         g, n, _ = self.look(x)
         found: Floats = (self.A * self.barrier.pressure(g))[:, None] * n
         return found
 
     def forces(self, x: Floats) -> Floats:
-        """What the rigid body does to the nodes (m, 3), N: these are its points."""
-        return self.pushes(x)
+        """What the rigid body does to the nodes (m, 3), N: to each point, by its shares."""
+        g = np.zeros(max(len(x), 3 * (int(self.of.max(initial=0)) + 1)))
+        self.spread(self.pushes(x), g)
+        found: Floats = g[3 * self.nodes[:, None] + np.arange(3)]
+        return found
 
     def value(self, x: Floats) -> float:
         """What the barrier stores, J."""
@@ -133,9 +187,9 @@ class Touching(Energy):
         return float(self.A @ (self.pressures(x) * (since.gaps(x) - self.gaps(x))))
 
     def presses(self, x: Floats, nodes: int) -> Floats:
-        """How hard it presses at all nodes (nodes,), N: without what rubs, and of any direction."""
+        """How hard it presses at all nodes (nodes,), N, by shares: without what rubs, and of any direction."""
         found = np.zeros(nodes)
-        found[self.nodes] = self.A * self.pressures(x)
+        np.add.at(found, self.of, self.shares * (self.A * self.pressures(x))[:, None])
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -151,12 +205,17 @@ class Touching(Energy):
         g, n, H = g[near], n[near], H[near]
         blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
         if not projected:
-            blocks -= self.barrier.pressure(g)[:, None, None] * H
+            blocks -= np.minimum(self.barrier.pressure(g), self.barrier.most)[:, None, None] * H
         add_blocks(self.coupled(near, scale * self.A[near, None, None] * blocks), slots[near], data)
 
     def coupled(self, points: Ints, blocks: Floats) -> Floats:
-        """Stiffness at `points` (k,) as blocks (k, 3, 3), N/m, between the degrees of freedom of their stencils."""
-        return blocks
+        """Stiffness at `points` (k,), blocks (k, 3, 3), N/m, as N_a N_b of it between their nodes (k, 3 a, 3 a)."""
+        N = self.shares[points]
+        k = 3 * N.shape[1]
+        found: Floats = (N[:, :, None, None, None] * (N[:, None, None, :, None] * blocks[:, None, :, None, :])).reshape(
+            -1, k, k
+        )
+        return found
 
     def rounding(self, x: Floats) -> float:
         """What the last digits of places leave in its forces, N."""
@@ -170,7 +229,7 @@ class Touching(Energy):
         return []
 
     def look(self, x: Floats) -> Look:
-        """Gaps (m,), m, and of what is nearer than the barrier's distance normals (m, 3) and curvatures (m, 3, 3)."""
+        """Gaps (p,), m, and of what is nearer than the barrier's distance normals (p, 3) and curvatures (p, 3, 3)."""
         where = self.places(x)
         for known, found in self._seen:
             if np.array_equal(known, where):

@@ -13,7 +13,7 @@ from softmark.solvers.assembly.patterns import Pattern, prepare
 from softmark.solvers.dynamics.loading import Constant, Course, StepLoad, graded, mean_of
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.energies.elastic import add_drag
-from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.impact import Impact
@@ -51,20 +51,27 @@ class Forces:
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
-        self.impact = self._impact(courses[plain:]) if self.contacts else None
+        self.impact = self._impact(courses[plain:], problem.meets) if self.contacts or problem.meets else None
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
-    def _impact(self, courses: Sequence[Course]) -> Impact:
-        """The contacts, with those courses."""
+    def _impact(self, courses: Sequence[Course], meets: Sequence[Wandering]) -> Impact:
+        """The contacts with rigid bodies, which have those courses, and those of surfaces that both deform."""
         from softmark.solvers.dynamics.impact import Impact
 
         known: list[Any] = list(self.contacts)
-        return Impact(known, courses, self.pattern.slots[len(self.internal) + len(self.loads) :])
+        slots = self.pattern.slots[len(self.internal) + len(self.loads) :]
+        return Impact(known, courses, slots, meets)
 
     @property
     def turns(self) -> bool:
         """Whether rotations are among the unknowns, and nothing keeps clear of anything."""
-        return self._blocks is not None and not self.contacts
+        return self._blocks is not None and self.impact is None
+
+    def resultant(self, f: Floats) -> Floats:
+        """What forces f (dofs,), N, on the nodes of the body that deforms come to (3,): not on free rigid ones."""
+        own = slice(None, None if self.impact is None else self.impact.free)
+        found: Floats = f[own].reshape(-1, 3).sum(axis=0)
+        return found
 
     def inertia(self, a: Floats) -> Floats:
         """M a (dofs,), N."""

@@ -12,6 +12,9 @@ act on where there is no touch any more, and bring energy.
 Friction is a part of c, of the pressures of the end of the step, and takes energy for the same reason: with t the
 traction and e = t / k what nodes that stick give way by, t1 . (x1 - x0) is no less than what k (e1^2 - e0^2) / 2
 stores, and more by t1 times slip. What a step leaves of anchors (contact/rubbing.py), the next one starts from.
+
+Surfaces that both deform meet in the same way (contact/colliding.py, contact/sliding.py): what one does to the other at
+the end of a step, the other does to it, at the same place.
 """
 
 from __future__ import annotations
@@ -20,12 +23,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.contact.pose import Posed
 from softmark.solvers.contact.touching import Touching
+from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting
 from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
@@ -34,27 +39,38 @@ if TYPE_CHECKING:
 
 STIFFER = 8.0  # times: the barrier that an impact has closed
 FLIGHT = 4.0  # steps without contact: fewer are none
+PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 STIFFEST = 1e9  # times what it was: more is no barrier for double precision
 
 
 class Impact:
     """The contacts of a march, each with the course of its rigid body; barriers are stiffened where they must be."""
 
-    def __init__(self, contacts: Sequence[Touching], courses: Sequence[Course], slots: Sequence[Ints]) -> None:
+    def __init__(
+        self,
+        contacts: Sequence[Touching],
+        courses: Sequence[Course],
+        slots: Sequence[Ints],
+        meets: Sequence[Wandering] = (),
+    ) -> None:
         self.contacts: list[Any] = list(contacts)
+        self.meets: list[Any] = list(meets)
         self.courses, self.slots = tuple(courses), tuple(slots)
         self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)  # unknowns of theirs
-        self.rubs = any(c.rubs for c in contacts)
+        self.rubs = any(c.rubs for c in (*contacts, *meets))
         self.slid: list[Floats | float] = [0.0 for _ in contacts]  # how far each node has slid in all (m,), m
+        self._met: list[Floats | float] = [0.0 for _ in meets]  # and each sample of surfaces that both deform
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
+        self.mass = 0.0  # kg, of the body that deforms
+        self.surfaces = Surfaces(self.contacts)
         self._shares: tuple[float, ...] = ()
 
     def at(self, time: float) -> Touches:
         """All of them with the rigid bodies where they are at a time, s."""
         posed = [c.at(course.at(time)) for c, course in zip(self.contacts, self.courses, strict=True)]
-        return Touches(posed, self.slots)
+        return Touches(posed, self.slots, self.meets)
 
     def struck(self, start: Motion, end: Motion) -> bool:
         """Whether contact has come or gone over a step, at which velocities jump."""
@@ -62,25 +78,44 @@ class Impact:
         return any(
             bool(np.any((b.gaps(start.x) < b.barrier.distance) != (a.gaps(end.x) < a.barrier.distance)))
             for b, a in zip(before.posed, after.posed, strict=True)
-        )
+        ) or any(bool(np.any(c.pressed(start.x) != c.pressed(end.x))) for c in self.meets)
 
     def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
         here = self.at(motion.time)
         rubbed = tuple(self._settled(i, c, motion.x) for i, c in enumerate(here.posed) if c.rubs)
+        rubbed += tuple(self._left(i, c, motion.x) for i, c in enumerate(self.meets) if c.rubs)
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
         shares = tuple(c.share for c in here.posed)
         moved = self.free is not None or shares != self._shares
         driven, self._shares = bool(self.log) and moved, shares
-        self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed))
+        step, acts = 0.0, tuple(acting(c, motion.x) for c in here.posed)
+        if self.log:
+            step = motion.time - self.log[-1].time
+            acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
+        self.surfaces.follow(here.posed, motion.x, step)
+        self.mass = mass
+        self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed, acts))
 
     def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:
         """Take on the anchors that a step has left of a contact, and say what friction made of it."""
-        p = here.A * here.pressures(x)
-        sticks = float(p[~here.slip(x).slides].sum() / p.sum()) if p.any() else None
+        pressures, held = here.pressures(x), ~here.slip(x).slides
+        p = here.A * pressures
+        sticks = float(p[held].sum() / p.sum()) if p.any() else None
+        area = float(here.A[held & (pressures > PRESSED * pressures.max(initial=0.0))].sum())
         self.slid[i] = self.slid[i] + here.slid(x)
         self.contacts[i] = self.contacts[i].holding(here.settled(x))
-        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks)
+        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area)
+
+    def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
+        """The same of surfaces that both deform."""
+        hold = here.hold(x)
+        since, slid, _ = here.settled(x)
+        N = hold.N
+        sticks = float(N[~hold.slip(x, here.friction).slides].sum() / N.sum()) if N.any() else None
+        self._met[i] = whole = self._met[i] + slid
+        self.meets[i] = here.holding(since)
+        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -106,11 +141,12 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses.
+    where nothing slides, None where nothing presses, and `area` what sticks of the surface at rest, m^2.
     """
 
     slip: float
     sticks: float | None
+    area: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -122,6 +158,7 @@ class Seen:
     velocity: Floats
     driven: bool = False  # rigid bodies have moved since the step before
     rubbed: tuple[Rubbed, ...] = ()  # of every contact with friction
+    acts: tuple[Acting, ...] = ()  # what every contact does over the step that ends
 
 
 @dataclass(frozen=True)
@@ -176,33 +213,46 @@ def _step(times: Sequence[float], i: int) -> float:
 
 
 class Touches:
-    """All contacts at one time."""
+    """All contacts at one time: with rigid bodies, and of surfaces that both deform."""
 
-    def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints]) -> None:
-        self.posed, self.slots = posed, slots
+    def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[Wandering] = ()) -> None:
+        self.posed, self.slots, self.meets = posed, slots, meets
+
+    @property
+    def every(self) -> tuple[Any, ...]:
+        """Of both kinds."""
+        return (*self.posed, *self.meets)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether some have friction, of pressures that are sought as well."""
+        return any(c.rubs for c in self.every)
 
     def value(self, x: Floats) -> float:
-        """What the barriers store, J."""
-        return sum(c.value(x) for c in self.posed)
+        """What the barriers store, J; infinite where surfaces that both deform intersect."""
+        return sum(c.value(x) for c in self.every)
 
     def stored(self, x: Floats) -> float:
         """What they give back, J: with friction less than their value."""
-        return sum(c.stored(x) for c in self.posed)
+        return sum(c.stored(x) for c in self.every)
 
     def lost(self, x: Floats) -> float:
         """What friction turns into heat over a step that ends in x, J."""
-        each: list[Any] = [c for c in self.posed if c.rubs]
-        return sum(float(c.lost(x)) for c in each)
+        return sum(float(c.lost(x)) for c in self.every if c.rubs)
 
     def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
         """With an energy, by pressures of a state, of which those `before` were the law."""
-        each: Any = zip(self.posed, self.posed if before is None else before.posed, strict=True)
-        return Touches([c.known(x, was) if c.rubs else c for c, was in each], self.slots)
+        was = self if before is None else before
+        rigid, soft = (
+            [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
+            for own, others in ((self.posed, was.posed), (self.meets, was.meets))
+        )
+        return Touches(rigid, self.slots, soft)
 
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""
         g = np.zeros(len(x))
-        for contact in self.posed:
+        for contact in self.every:
             contact.add_gradient(x, g)
         return g
 
@@ -211,9 +261,19 @@ class Touches:
         for contact, slots in zip(self.posed, self.slots, strict=True):
             contact.add_hessian(x, data, slots, scale, projected)
 
+    def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
+        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place in it."""
+        for energy in self.meets:
+            J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
+        return J
+
+    def limit(self, x: Floats, d: Floats) -> float:
+        """The part of an increment d (dofs,), at most 1, that can be gone before surfaces that both deform meet."""
+        return min((energy.limit(x, d) for energy in self.meets), default=1.0)
+
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the forces, N."""
-        return sum(c.rounding(x) for c in self.posed)
+        return sum(c.rounding(x) for c in self.every)
 
     def places(self, x: Floats) -> list[Place]:
         """Where the points are as seen from each rigid body."""

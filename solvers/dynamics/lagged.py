@@ -36,7 +36,7 @@ def lagging(energies: Sequence[Energy]) -> TypeGuard[tuple[Lagging, ...]]:
 def suits(forces: Forces) -> bool:
     """Whether steps under these forces can be taken so: a potential, lagging internal energies, dead loads."""
     dead = all(not load.stencils.size for load in forces.loads)
-    return forces.conservative and dead and not forces.contacts and bool(forces.internal) and lagging(forces.internal)
+    return forces.conservative and dead and forces.impact is None and bool(forces.internal) and lagging(forces.internal)
 
 
 class Lagged:

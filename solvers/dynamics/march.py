@@ -16,7 +16,7 @@ from softmark.solvers.dynamics.newton import Outcome
 from softmark.solvers.dynamics.problem import Dynamics
 from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed, TooSoft
 from softmark.solvers.dynamics.system import System
-from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Trajectory
+from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Touched, Trajectory
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.impact import Bounce, Rubbed
@@ -53,6 +53,7 @@ class _March:
         self.problem, self.duration, self.step, self.observe = problem, duration, step, observe
         self.system = System(problem, step)
         self.entries: list[tuple[float, ...]] = []
+        self.impulses: Any = None
         self.names: tuple[str, ...] = NAMES
         self.times: list[float] = []
         self.observed: list[Any] = []
@@ -124,8 +125,7 @@ class _March:
         forces = self.system.forces
         if forces.impact is not None:
             own = slice(None, forces.impact.free)  # without free rigid bodies
-            momentum = (forces.M @ motion.v)[own].reshape(-1, 3).sum(axis=0)
-            forces.impact.follow(motion, momentum, float(forces.M[own].sum()) / 3.0)
+            forces.impact.follow(motion, forces.resultant(forces.M @ motion.v), float(forces.M[own].sum()) / 3.0)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
@@ -160,7 +160,7 @@ class _March:
 
     def _keep(self, entry: Entry) -> None:
         self.times.append(entry.motion.time)
-        self.names = entry.names
+        self.names, self.impulses = entry.names, entry.impulses
         energies = dict(zip(entry.names, entry.values, strict=True))
         self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
         self.entries.append(entry.values)
@@ -205,6 +205,7 @@ class _March:
             self.account.balance,
             self._impacts(),
             self._rubbed(),
+            self._touched(),
         )
 
     def _impacts(self) -> tuple[Bounce, ...] | None:
@@ -215,6 +216,17 @@ class _March:
         from softmark.solvers.dynamics.impact import bounces
 
         return tuple(bounces(impact.log))
+
+    def _touched(self) -> Touched | None:
+        """What contacts did at every time; None where there are none."""
+        impact = self.system.forces.impact
+        if impact is None or not impact.log:
+            return None
+        change = impact.mass * (impact.log[-1].velocity - impact.log[0].velocity)
+        acts = tuple(seen.acts for seen in impact.log)
+        given = sum((act.step * act.force for seen in acts for act in seen), np.zeros(3))
+        impulses = np.vstack([given, self.impulses])
+        return Touched(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
 
     def _rubbed(self) -> tuple[tuple[Rubbed, ...], ...]:
         """What friction made of contacts at every time."""

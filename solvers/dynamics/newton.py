@@ -207,7 +207,7 @@ class StageEquations:
     @property
     def rubs(self) -> bool:
         """Whether some contact has friction, of pressures that are sought as well."""
-        return self.touches is not None and any(c.rubs for c in self.touches.posed)
+        return self.touches is not None and self.touches.rubs
 
     def rubbing(self, touches: Touches, tolerance: float) -> StageEquations:
         """The same with friction as it is known, to be solved so well."""
@@ -289,7 +289,7 @@ class StageEquations:
         coasting = now.x + h * now.v
         speeding = coasting + 0.5 * h**2 * now.a
         coasting[fixed] = speeding[fixed] = stay[fixed]
-        ways = [stay, coasting, speeding]
+        ways = [stay, *(self._short_of(stay, x) for x in (coasting, speeding))]
         trials: list[StageTrial | None] = [None] * len(ways)
         if self.forces.turns:  # of a rod, for which trials take most of the time, the best way of before may do
             way, left = self.system.newton.way
@@ -310,6 +310,11 @@ class StageEquations:
         self.system.newton.way = way, best.size / best.scale if best.scale else 0.0
         return best
 
+    def _short_of(self, stay: Floats, x: Floats) -> Floats:
+        """A state on the way to x, short of where surfaces meet; x where none do."""
+        length = self.reach(stay, x - stay)
+        return x if length == 1.0 else stay + length * (x - stay)
+
     def _towed(self, moved: Floats) -> StageTrial:
         """One linear step from the start of the step, for the motion of the supports over it."""
         now = self.stage.start
@@ -319,6 +324,8 @@ class StageEquations:
         # inertia and damping know the motion of the supports at the end: only their displacement is to come
         coupling = self.weight * (there.force.total - here.force.total) / eps
         d[self.forces.free] = self._direction(here, here.r + coupling[self.forces.free], 1e-6, True)
+        if self.reach(now.x, d) < 1.0:
+            raise StepFailed("the motion of the supports takes surfaces through each other")
         towed = self.trial(now.x + d)
         if not np.isfinite(towed.potential) or not towed.possible:
             raise StepFailed("the motion of the supports turns cells inside out")
@@ -366,15 +373,15 @@ class StageEquations:
         if turning is not None:
             v = stage.speed + stage.B * (x - stage.coast)
             self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
-        return J
+        return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
     def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
         """The whole step, or the part of it that lowers the potential enough (Armijo 1966); None where none does."""
-        length, slope = 1.0, float(trial.r @ d)
+        way, slope = np.zeros_like(trial.x), float(trial.r @ d)
+        way[self.forces.free] = d
+        length = self.reach(trial.x, way)
         while length > SHORTEST:
-            x = trial.x.copy()
-            x[self.forces.free] += length * d
-            there = self.trial(x)
+            there = self.trial(trial.x + length * way)
             if there.size <= MUCH * trial.size and length == 1.0 and math.isfinite(there.stored):
                 return there, length
             if there.possible and self._lower(trial, there, length * slope):
@@ -387,6 +394,10 @@ class StageEquations:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
             return self.rise(trial, there) <= 1e-4 * slope + noise
         return there.size <= (1.0 - 1e-4) * trial.size
+
+    def reach(self, x: Floats, d: Floats) -> float:
+        """The part of an increment d (dofs,), at most 1, that can be gone before surfaces that both deform meet."""
+        return 1.0 if self.touches is None else self.touches.limit(x, d)
 
     def rise(self, here: StageTrial, there: StageTrial) -> float:
         """By how much the incremental potential is larger there, J."""

@@ -14,7 +14,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.loading import Constant, Course
 from softmark.solvers.dynamics.scheme import Integrator
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Floats, Ints, Wandering
 from softmark.solvers.linear.factorisations import factor
 
 if TYPE_CHECKING:
@@ -93,6 +93,8 @@ class Dynamics:
 
     With `remembering`, internal energies are those that its memories make of every step.
 
+    What `meets` are surfaces that both deform: they keep clear of each other at the end of every step (impact.py).
+
     With a `way` supports are at rest + way.at(support_course(t)) instead.
 
     `sound` says whether a state may be accepted. A step that fails is halved, down to `shortest` times the step.
@@ -119,6 +121,7 @@ class Dynamics:
     remembering: Remembering | None = None
     pulling: int = 0
     way: Way | None = None
+    meets: tuple[Wandering, ...] = ()
 
     @property
     def moves(self) -> bool:

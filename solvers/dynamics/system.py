@@ -27,7 +27,8 @@ SAME = 1e-8  # relative: loads that differ by less are one
 
 def _linear(forces: Forces) -> StepLinearSolver:
     """Cholesky with conjugate gradients for many unknowns under a potential; else a factorisation for any matrix."""
-    if not forces.conservative or len(forces.free) < SMALL:
+    meets = forces.impact is not None and bool(forces.impact.meets)  # in patterns that change
+    if meets or not forces.conservative or len(forces.free) < SMALL:
         return Direct(forces.conservative)
     from softmark.solvers.linear.sequence import LinearSolver as Repeated
 

@@ -16,6 +16,7 @@ from softmark.solvers.statics import problem
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.impact import Bounce, Rubbed
+    from softmark.solvers.dynamics.pressed import Acting, Surface
 
 NOTHING = Account().balance  # of no motion
 
@@ -43,6 +44,21 @@ def timing(seconds: Floats) -> StepTiming:
     if not len(seconds):
         return StepTiming(np.nan, np.nan, np.nan, np.nan)
     return StepTiming(*(float(p) for p in np.percentile(seconds, [50.0, 95.0, 99.0, 100.0])))
+
+
+@dataclass(frozen=True)
+class Touched:
+    """What contacts did: `acts` at each of n + 1 times over the step before it, and some `surfaces` over their `nodes`.
+
+    `impulses` (4, 3), N s, are those of contacts, loads, supports and damping up to the end, and `change` (3,) that of
+    the momentum of the body that deforms.
+    """
+
+    acts: tuple[tuple[Acting, ...], ...]
+    surfaces: tuple[tuple[int, tuple[Surface, ...]], ...]
+    nodes: tuple[Ints, ...]
+    impulses: Floats
+    change: Floats
 
 
 @dataclass(frozen=True)
@@ -80,6 +96,7 @@ class Trajectory:
     balance: EnergyBalance = NOTHING  # of the energies
     impacts: tuple[Bounce, ...] | None = None  # on rigid bodies, where there are contacts
     rubbed: tuple[tuple[Rubbed, ...], ...] = ()  # (n + 1,) where there is friction
+    touched: Touched | None = None  # where there are contacts
 
 
 class MotionNotConverged(problem.NotConverged):

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics.hardened import SOFT, in_steps, like, softened, take
+from softmark.solvers.statics.hardened import SOFT, fallen, in_steps, like, softened, take
 from softmark.solvers.statics.problem import NotConverged
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, gr
         own = like(newton, _lagged(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
         own.problem = replace(own.problem, max_iterations=WITHIN)
         try:
-            x, before, grips = own.descend(x, load), None, False
+            x, before, grips = fallen(own, x, load, grips), None, False
         finally:
             newton.reached = own.reached
         newton.moved = own.moved

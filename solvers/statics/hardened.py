@@ -8,7 +8,6 @@ surface, and whole steps lead there from anywhere near; the stiff one then has l
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 SOFTEST, SOFT = 1e-4, 0.01  # of the stiffness, across the surface and along it: to begin with
 CLOSEST = 1.5  # from one stiffness to the next: given up below
 STEPS = 20  # whole ones, where pressures are unknowns as well
+WHOLE = 0.5  # of a step: where less of it is in the domain of the law, they lead nowhere
 BEHIND = 0.1  # of how deep the middle of a rigid body is: where the softest barrier begins to bear much
 NEAR = 1e-4  # residual to which all but the last are solved
 
@@ -30,15 +30,26 @@ NEAR = 1e-4  # residual to which all but the last are solved
 def hardened(newton: Newton, x: Floats, load: float) -> Floats:
     """The equilibrium without friction at a load, from x. Raises NotConverged."""
 
-    def fallen(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
-        if own.assembly.saddle:  # no energy falls on the way in and out of contact
-            with suppress(NotConverged):
-                there, done, _ = own.steps(x, STEPS, load)
-                if done:
-                    return there
-        return own.descend(x, load)
+    def known(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+        return fallen(own, x, load, before is None)
 
-    return in_steps(newton, x, load, (_softest(newton.assembly), SOFT, 1.0), fallen)
+    return in_steps(newton, x, load, (_softest(newton.assembly), SOFT, 1.0), known)
+
+
+def fallen(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
+    """The equilibrium at a load that energy falls to; with pressures as unknowns that to which whole steps lead.
+
+    No energy falls on the way in and out of contact then, and where forces have to, which they do of the `first`
+    stiffness alone, steps are short: smaller changes of stiffness lead there sooner. Raises NotConverged.
+    """
+    if not newton.assembly.saddle:
+        return newton.descend(x, load)
+    try:
+        return newton.whole_steps(x, STEPS, load, WHOLE)
+    except NotConverged:
+        if not first:
+            raise
+    return newton.descend(x, load)
 
 
 def _softest(assembly: Assembly) -> float:

@@ -122,14 +122,14 @@ class Newton:
         """Where the state lives."""
         return self.problem.space
 
-    def whole_steps(self, x: Floats, most: int) -> Floats:
-        """Whole Newton steps at full load, shortened only to stay in the domain of the law."""
-        x, done, residual = self.steps(x, most)
+    def whole_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
+        """Whole Newton steps, shortened only to stay in the domain of the law; given up where to less than `least`."""
+        x, done, residual = self.steps(x, most, load, least)
         if done:
             return x
         raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
 
-    def steps(self, x: Floats, most: int, load: float = 1.0) -> tuple[Floats, bool, float]:
+    def steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
         """At most so many whole steps: the state, whether it is an equilibrium, and the residual."""
         self._close = self._tiny = False
         self._last_residual = np.inf
@@ -143,6 +143,8 @@ class Newton:
             self._judge(x, g, d)
             x, length = self._inside(x, d)
             self._record(load, number, residual, length)
+            if length < least:
+                break
         return x, done, residual
 
     @property

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.contact.inner import Inner
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.impact import Impact
@@ -59,8 +58,7 @@ def main(steps: int, integrator: str) -> None:
 
 def _cut(posed: Any, edge: Touching, x: Any) -> float:
     """How deep the box lies in flat triangles of the surface, m, by a lattice of PARTS on every one."""
-    assert edge.facets is None and isinstance(edge, Inner)  # noqa: PT018
-    whole = edge.corners[(edge.shares > 0).all(axis=1)]
+    whole = edge.of[(edge.shares > 0).all(axis=1)]
     triangles = np.unique(np.sort(whole, axis=1), axis=0)
     i, j = np.array([(i, j) for i in range(PARTS + 1) for j in range(PARTS + 1 - i)]).T
     N = np.stack([PARTS - i - j, i, j], axis=1) / PARTS

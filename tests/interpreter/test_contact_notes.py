@@ -33,3 +33,40 @@ def test_facets_may_be_more_than_what_is_selected(to: float, share: float) -> No
     parts = model.stated["push"].parts
     assert ("touching" in parts) is (share > 1.0)
     assert (parts.get("touching") or 0.0) <= (metric.value or 0.0)
+
+
+ROUND = """softmark 1
+material gel   = linear_elastic(young = 10 kPa, poisson = 0.45, density = 1000 kg/m^3)
+body     block = axisymmetric(quadrilateral((0, -40, 0) mm, (20, -40, 0) mm, (20, 0, 0) mm, (0, 0, 0) mm), gel)
+body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 10, 0) mm))
+support  floor = fixed(block, where = y <= -40 mm)
+support  hand  = displaced(ball, by = (0, -1, 0) mm)
+contact  touch = between(ball, block, where = y >= 0 mm)
+model    quads = fem({how}, strain = small)
+metric   push  = force(touch, along = -y)
+metric   area  = contact_area(touch)
+metric   most  = contact_pressure(touch)
+"""
+TRUE = {"area": 31.1e-6, "most": 2.6e3}  # of quad8 of 0.5 mm; Hertz has 31.4 mm^2 and 2.5 kPa
+
+
+@pytest.mark.parametrize(("how", "told"), [("quad4, size = 2 mm", ""), ("quad8, size = 4 mm", "W660"),
+                                           ("quad4, size = 8 mm", "W660")])  # fmt: skip
+def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> None:
+    """Beyond it a mesh says so, and states an error of area and pressure that contains the truth, or that it has none.
+
+    Of cells of 8 mm force over area times pressure is 890, of 4 mm 1.2, of 2 mm 0.64 (Hertz: 2/3).
+    """
+    loaded = loads(ROUND.format(how=how))
+    report = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(free=True))
+    model, codes = report.models["quads"], [warning.code for warning in report.warnings]
+    assert codes.count("W660") == (1 if told else 0)
+    for name, true in TRUE.items():
+        stated, found = model.stated[name], model.metrics[name].value
+        assert found is not None
+        assert stated.value is not None or "W301" in codes or not told
+        if stated.value is not None:
+            assert abs(found - true) <= stated.value
+        if told:
+            assert "W660" in stated.doubts
+            assert stated.value is not None or "times the area and the greatest pressure" in str(stated.reason)

@@ -9,13 +9,15 @@ import pytest
 
 from softmark.interpreter.front.afloat import HEAVY
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.afloat import Bodies, Free, afloat, right_jacobian
+from softmark.solvers.contact.afloat import Bodies, Free, RubbingAfloat, afloat, right_jacobian
 from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.contact.gaps.surface import Surface
 from softmark.solvers.contact.inertia import VOLUMES, volume_of
 from softmark.solvers.contact.inner import inner
-from softmark.solvers.contact.pose import exponential
+from softmark.solvers.contact.pose import Pose, exponential
+from softmark.solvers.contact.pulled import Pulled
+from softmark.solvers.contact.rubbing import rubbing
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.mesh.revolved import Cone, Revolved
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -110,6 +112,61 @@ def test_forces_of_a_free_body_are_derivatives_and_balance(parts: int) -> None:
     definite = whole.tangent(x, 1.0, projected=True).toarray()[:n, :n]
     assert np.linalg.eigvalsh(definite).min() > -1e-10 * np.abs(definite).max()
     assert touch.gaps(x).min() < 0.8
+
+
+def test_friction_of_a_free_body_is_a_derivative_and_balances() -> None:
+    """With a lag: central differences to 1e-8 of the largest, of points that stick and that slide; and no resultant."""
+    rng = np.random.default_rng(3)
+    gap: Any = gap_of(Cylinder(L, R, AXIS, AT))
+    volume: Any = volume_of(gap)
+    points = volume.middle + 0.5 * rng.standard_normal((9, 3))
+    touching = Touching(np.arange(9), points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
+    body = Free(27, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
+    chart = Bodies([body])
+    held = afloat(rubbing(touching, 0.5, lambda share: Pose()), chart, 0)
+    assert isinstance(held, RubbingAfloat)
+    chart.turned[0] = chart.turned[0] @ exponential(np.array([0.3, -0.2, 0.5]))
+    x, h = 0.1 * rng.standard_normal(33), 1e-6
+    touch = held.lagged(x)
+    x[:27] += 0.02 * rng.standard_normal(27)
+    x[-3:] = 0.1, -0.2, 0.15
+    on = touch.pressures(x) > 0.0
+    assert 0 < np.count_nonzero(touch.slip(x).slides & on) < np.count_nonzero(on)
+    whole = Assembly(33, np.zeros(0, dtype=np.int64), [touch], [])
+    g, ways = whole.gradient(x, 1.0), np.eye(33)
+    by_vector = g.copy()
+    by_vector[-3:] = right_jacobian(x[-3:]).T @ g[-3:]
+    slopes = np.array([(whole.value(x + h * e, 1.0) - whole.value(x - h * e, 1.0)) / (2 * h) for e in ways])
+    assert slopes == pytest.approx(by_vector, abs=1e-8 * np.abs(g).max())
+    K = whole.tangent(x, 1.0).toarray()
+    changes = np.array([(whole.gradient(x + h * e, 1.0) - whole.gradient(x - h * e, 1.0)) / (2 * h) for e in ways]).T
+    assert np.abs(K - changes).max() < 1e-7 * np.abs(K).max()
+    f, at = -g[:27].reshape(-1, 3), points + x[:27].reshape(-1, 3)
+    assert f.sum(axis=0) - g[27:30] == pytest.approx(0.0, abs=1e-14)
+    own = np.cross(chart.middle(0, x), -g[27:30]) - chart.axes(0, x) @ g[30:]
+    assert np.cross(at, f).sum(axis=0) + own == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_pull_at_a_free_body_is_its_force_and_its_moment() -> None:
+    """About its own axes they are those in space, to rounding; the tangent by central differences to 1e-9."""
+    body = Free(2, 1.0, np.ones(3), exponential(np.array([0.4, 0.1, -0.3])), np.array([0.5, -0.2, 0.1]))
+    chart, force, moment = Bodies([body]), np.array([1.0, 2.0, -1.5]), np.array([0.3, -0.1, 0.2])
+    at = np.array([0.9, 0.3, -0.2])
+    pull = Pulled(chart, 0, force, at, moment)
+    x, h = np.array([0.0, 0.0, 0.1, 0.2, -0.1, 0.2, -0.3, 0.1]), 1e-6
+
+    def gradient(x: Any) -> Any:
+        g = np.zeros(8)
+        pull.add_gradient(x, g)
+        return g
+
+    Q = chart.axes(0, x) @ body.axes.T
+    right = Q.T @ (np.cross(Q @ (at - body.middle), force) + moment)
+    assert gradient(x)[2:5] == pytest.approx(-force)
+    assert gradient(x)[5:] == pytest.approx(-body.axes.T @ right, abs=1e-14)
+    K = Assembly(8, np.arange(2), [pull], []).tangent(x, 1.0).toarray()
+    changes = np.array([(gradient(x + h * e) - gradient(x - h * e)) / (2 * h) for e in np.eye(8)]).T[2:, 2:]
+    assert np.abs(K - changes).max() < 1e-9
 
 
 def test_turns_are_counted_anew() -> None:

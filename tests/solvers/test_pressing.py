@@ -60,6 +60,17 @@ def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most
     own = Pressing(facets, points, np.where(r < 1.0, f, 0.0), g, 0.5 * np.pi)
     assert own.area == pytest.approx(np.pi, rel=0.03)
     assert own.largest == pytest.approx(1.0, rel=most)
+    edge = 0.25  # of triangles, of quadratic facets half theirs; the border is a circle of 2 pi, and crosses some twice
+    assert abs(own.area - np.pi) <= 0.5 * own.border <= 2.0 * np.pi * edge
+
+
+def test_beside_what_is_held_the_area_is_a_number() -> None:
+    """Nodes that supports hold have no gap: facets up to them count as pressed, 16 m^2 of them all."""
+    points, facets = top("hex8", 1.0)
+    held = points[:, 0] < -2.0 + 1e-9
+    f = np.where(held, 0.0, forces(points, facets, np.full((len(facets), 100), 7.0)))
+    own = Pressing(facets, points, f, np.where(held, np.inf, 0.0), 1.0)
+    assert own.area == pytest.approx(16.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("defect", [0.2, -0.08])

@@ -1,7 +1,8 @@
-"""Coulomb friction of nodes on rigid bodies: its derivatives, and what holds of any state."""
+"""Coulomb friction of points on rigid bodies: its derivatives, and what holds of any state."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps.gap import Gap
 from softmark.solvers.contact.gaps.round import Ball
+from softmark.solvers.contact.inner import inner
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.rubbing import Rubbing
 from softmark.solvers.energies.energy import Floats
@@ -46,15 +48,30 @@ def rubbing(slid: float, seed: int = 3, count: int = 12) -> tuple[Rubbing, Float
     return made, (x - X).ravel()
 
 
+def inside(slid: float, seed: int = 3) -> tuple[Rubbing, Floats]:
+    """The same at points inside two facets above the ball, of four nodes each."""
+    rng = np.random.default_rng(seed)
+    X = np.array([(i, j, 0.0) for i in (-0.4, 0.0, 0.4) for j in (-0.2, 0.2)])
+    facets = np.array([[0, 2, 3, 1], [2, 4, 5, 3]])
+    bare = Rubbing(np.arange(6), X, np.ones(6), Barrier(0.1, 2.0), carried, friction=MU, spring=20.0, carries=moved)
+    made = inner(bare, X, facets, 3)
+    assert isinstance(made, Rubbing)
+    up = X + (0.0, 0.0, 1.0) + 0.02 * rng.standard_normal(X.shape)
+    u = (TURNED.moved(up) - X).ravel()
+    p = made.places(u)
+    return made.holding(TURNED.back(p + slid * rng.standard_normal(p.shape))), u
+
+
 def of(energy: Rubbing) -> Assembly:
     """It alone."""
     return Assembly(3 * len(energy.nodes), np.zeros(0, dtype=np.int64), [], [energy])
 
 
+@pytest.mark.parametrize("make", [rubbing, inside])
 @pytest.mark.parametrize("slid", [1e-3, 0.05, 0.3])
-def test_the_tangent_is_that_of_the_forces(slid: float) -> None:
+def test_the_tangent_is_that_of_the_forces(slid: float, make: Callable[[float], tuple[Rubbing, Floats]]) -> None:
     """Central differences of the gradient, all stick, some slide, all slide: 1e-6 of the largest entry, at h = 1e-6."""
-    made, x = rubbing(slid)
+    made, x = make(slid)
     whole = of(made)
     K = whole.tangent(x, 1.0).toarray()
     h = 1e-6
@@ -63,10 +80,11 @@ def test_the_tangent_is_that_of_the_forces(slid: float) -> None:
     assert np.abs(K - K.T).max() > 1e-3 * np.abs(K).max() or slid < 0.01
 
 
+@pytest.mark.parametrize("make", [rubbing, inside])
 @pytest.mark.parametrize("slid", [1e-3, 0.05, 0.3])
-def test_a_lag_has_an_energy(slid: float) -> None:
+def test_a_lag_has_an_energy(slid: float, make: Callable[[float], tuple[Rubbing, Floats]]) -> None:
     """Forces are its differences, the tangent is theirs and symmetric, and in the state of the lag forces are its."""
-    made, x = rubbing(slid)
+    made, x = make(slid)
     lagged = made.lagged(x)
     assert lagged.conservative
     assert not made.conservative
@@ -100,10 +118,11 @@ def test_coulomb(seed: int) -> None:
     assert made.lost(x) >= 0.0
 
 
+@pytest.mark.parametrize("make", [rubbing, inside])
 @pytest.mark.parametrize("slid", [1e-3, 0.3])
-def test_what_a_state_leaves(slid: float) -> None:
+def test_what_a_state_leaves(slid: float, make: Callable[[float], tuple[Rubbing, Floats]]) -> None:
     """From the anchors that a state leaves, the same forces stand in it, and nothing more is lost."""
-    made, x = rubbing(slid)
+    made, x = make(slid)
     after = replace(made, anchors=made.settled(x))
     np.testing.assert_allclose(after.forces(x), made.forces(x), atol=1e-9 * np.abs(made.forces(x)).max())
     assert after.lost(x) <= 1e-12 * (made.lost(x) + 1.0)

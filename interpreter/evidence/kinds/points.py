@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
-from softmark.interpreter.evidence.kinds.voucher import HOPELESS, Found, Voucher
+from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
+from softmark.interpreter.evidence.orders import HOPELESS
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.evidence.unchecked import Unchecked

@@ -12,8 +12,9 @@ from softmark.interpreter.evidence import finer, softening
 from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.budget import NOT_ASKED
 from softmark.interpreter.evidence.kinds.solid_forces import Solved, balance_of, pressed, reactions_of, solved
-from softmark.interpreter.evidence.kinds.voucher import FINER, HOPELESS, Found, Sized, from_coarser
+from softmark.interpreter.evidence.kinds.voucher import FINER, Found, Sized, from_coarser
 from softmark.interpreter.evidence.materials import alone
+from softmark.interpreter.evidence.orders import HOPELESS
 from softmark.interpreter.evidence.probe_answers import TRIFLE, Floats, ProbeAnswer, Remembered, Unknown
 from softmark.interpreter.evidence.tone_answers import ToneAnswer
 from softmark.interpreter.evidence.unchecked import Unchecked

@@ -16,7 +16,6 @@ from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.checks.solids import ForceBalance
 
-HOPELESS = 1.0  # relative: an error of all that moves is no statement
 FINER = 2.0  # how much coarser another mesh is
 NEAR, APART = 1.25, 1.6  # times as many cells along an edge: less is the same mesh; from here on it will do
 
@@ -84,12 +83,12 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
         from softmark.interpreter.evidence import contact_error
 
         found = contact_error.index(answer, seen, apart, ratio, farther)
-        orders.must_tell([found], seen.beside(apart), HOPELESS)
+        orders.must_tell([found], seen.beside(apart), orders.HOPELESS)
         return found
     if seen.in_forces and farther is not None and farther > apart * ratio ** (order + orders.NEAR):
         apart = farther / ratio  # closer than any order says: an energy may pass its limit, and come back
     found = orders.index(apart, ratio, order, farther)
-    orders.must_tell([found], seen.beside(apart), HOPELESS)
+    orders.must_tell([found], seen.beside(apart), orders.HOPELESS)
     return found
 
 

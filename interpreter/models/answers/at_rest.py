@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
@@ -14,6 +16,8 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 
 def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> AtRest:
     """What a solution says of forces."""
+    if (seen := solution.followed) is not None:
+        return replace(seen.last, followed=seen)
     if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
         return AtRest(reason=why)
     carried = solution.carried()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.models.shared.contacting import plane_modulus
-from softmark.interpreter.results.reactions import Touch
+from softmark.interpreter.results.reactions import Friction, Touch
 from softmark.records import dataclass
 from softmark.solvers.contact.pressing import Pressing
 from softmark.solvers.energies.energy import Floats, Ints
@@ -67,15 +67,27 @@ def _alike(X: Floats) -> Ints:
 
 def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> Touch:
     """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
-    assert contact.facets is not None
     gaps, push = contact.gaps(u), contact.A * contact.pressures(u)
     g = np.full(len(X), np.inf)
     there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
     g[contact.nodes] = contact.body.gap(there * (1.0, 1.0, 0.0) if contact.flat else there)
-    f, alike = contact.presses(u, len(X)), _alike(X) if case.planar else None
-    few = len(contact.A) <= len(contact.nodes) + len(contact.facets)  # else it may touch between nodes alone
-    touching = g < contact.barrier.distance if few else None
-    own = Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike, touching)
+    own = pressed(case, contact, X, x, contact.presses(u, len(X)), g)
     on, whole = push > 0.0, float(push.sum())
     left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0
-    return Touch(own.area, own.largest, float(gaps.min()), left, Surface(X, contact.nodes, own))
+    return touch_from(X, contact, own, float(gaps.min()), left)
+
+
+def pressed(case: Case, contact: Touching, X: Floats, x: Floats, f: Floats, g: Floats) -> Pressing:
+    """What presses by f (n,), N, with gaps g (n,), m, on nodes at X (n, 3), m, that are taken to be at x (n, 3)."""
+    assert contact.facets is not None
+    few = len(contact.A) <= len(contact.nodes) + len(contact.facets)  # else it may touch between nodes alone
+    touching = g < contact.barrier.distance if few else None
+    alike = _alike(X) if case.planar else None
+    return Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike, touching)
+
+
+def touch_from(
+    X: Floats, contact: Touching, own: Pressing, gap: float, left: float, rubbing: Friction | None = None
+) -> Touch:
+    """What a contact comes to, of what presses, the least gap and the mean one where it does, m."""
+    return Touch(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)

@@ -9,22 +9,25 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.motion import MOMENTS, PreparedMotion, course_of, kept_of
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.results.thinning import picked
+from softmark.interpreter.vocabulary.loads import AtPoint, PerMass
+from softmark.interpreter.vocabulary.loads import Turning as Moment
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.afloat import Bodies, Free, afloat
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.contact.inertia import volume_of
+from softmark.solvers.contact.pulled import Pulled
 from softmark.solvers.dynamics.loading import Course
 from softmark.solvers.dynamics.problem import Direct
 from softmark.solvers.dynamics.scheme import Motion
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.loads import DeadForces
 from softmark.solvers.energies.pressures import DisplacementEnergy
 
 FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N, by the size of a body in m
@@ -81,7 +84,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
     plain = problem.assembly.loads[: len(problem.assembly.loads) - len(case.contacts)]
     contacts: list[Any] = list(problem.assembly.loads[len(plain) :])
     contacts = [afloat(c, chart, names.index(n)) if n in bodies else c for c, n in zip(contacts, own, strict=True)]
-    pulls, courses = _pulled(made, bodies)
+    pulls, courses = _pulled(chart, bodies)
     assembly = Assembly(
         dofs + 6 * len(made),
         problem.fixed,
@@ -103,9 +106,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
         turning=Turning(chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])),
     )
     static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
-    return MotionBeside(
-        static, declared, analysis, fitted, mesh, rubbing=motion.rubbing, chart=chart, names=names, dofs=dofs
-    )
+    return MotionBeside(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
 
 
 def _free(touch: Touch, first: int) -> Free:
@@ -125,16 +126,27 @@ def _begun(body: Free, touch: Touch) -> Floats:
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
-def _pulled(bodies: Sequence[Free], touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
-    """Gravity of rigid bodies, with its courses."""
-    pulls, courses, dofs = list[Energy](), list[Course](), bodies[-1].first + 6
-    for body, touch in zip(bodies, touches.values(), strict=True):
+def _pulled(chart: Bodies, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
+    """What pulls at rigid bodies and turns them, with its courses."""
+    pulls, courses = list[Energy](), list[Course]()
+    for which, touch in enumerate(touches.values()):
         for load in touch.loads:
-            f = np.zeros(dofs)
-            f[body.first : body.first + 3] = body.mass * np.array(load.thing.action.acceleration)
-            pulls.append(DeadForces(f))
+            pulls.append(_pull(chart, which, load))
             courses.append(course_of(load))
     return pulls, courses
+
+
+def _pull(chart: Bodies, which: int, load: Declared) -> Pulled:
+    """One load: a weight at the middle, a force at its point, a moment."""
+    body, none = chart.bodies[which], np.zeros(3)
+    match load.thing.action:
+        case PerMass(acceleration):
+            return Pulled(chart, which, body.mass * np.array(acceleration), body.middle, none)
+        case AtPoint(at, force):
+            return Pulled(chart, which, np.array(force), np.array(at), none)
+        case Moment(_, moment):
+            return Pulled(chart, which, none, body.middle, np.array(moment))
+    raise TypeError(f"`{load.name}` does not act on rigid bodies")  # refused when the scene is checked
 
 
 def _mass(mass: Any, bodies: Sequence[Free]) -> Any:

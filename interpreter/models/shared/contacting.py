@@ -110,10 +110,8 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
 def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
     """Of the lattice on facets (f, a) that keeps clear of a rigid body; 0 where their nodes are enough.
 
-    With friction there are nodes alone; of what is plane there is no sharper lattice than facets need.
+    Of what is plane there is no sharper lattice than facets need.
     """
-    if touch.thing.friction:
-        return 0
     facet = FACETS[facets.shape[1]]
     steps = 1 + (facet.nodes > facet.corners)
     if not case.planar:

@@ -96,7 +96,7 @@ def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnos
     if solid.loose is None:
         return (), ""
     stiff = stiffer(solid.contacts, facts["stiffened"])
-    note, adrift = solid.loose.kept(solid.declared, facts["grounded"], stiff, x)
+    note, adrift = solid.loose.kept(solid.declared, stiff, x)
     return (note,), adrift
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.models.answers.carried import Carried
+    from softmark.interpreter.models.answers.followed import Followed
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
@@ -99,6 +100,7 @@ class Solution:
     mesh: Moved | None = None  # of a model that has one
     stress: Callable[[], Stresses] | None = None  # of a model on a mesh (`answers/stressed.py`); it raises NoStress
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
+    followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 

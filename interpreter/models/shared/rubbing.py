@@ -16,6 +16,7 @@ PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 LEAST = 1e-300  # N
 
 if TYPE_CHECKING:
+    from softmark.solvers.contact.points import Points
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Energy, Floats
 
@@ -24,15 +25,16 @@ if TYPE_CHECKING:
 class Rubbed:
     """What a state leaves of a contact with friction.
 
-    `anchors` (m, 3) are points of the rigid body as it is declared, m, or what surfaces that deform leave (`Since`),
-    and `slid` (m,) how far each node, or sample, has slid in all, m. `work` is what friction has turned into heat up to
-    this state, J, and `now` in it alone.
+    `anchors` (m, 3) are points of the rigid body as it is declared, m, which `points` of the surface hold on to, or
+    what surfaces that deform leave (`Since`), and `slid` (m,) how far each point, or sample, has slid in all, m. `work`
+    is what friction has turned into heat up to this state, J, and `now` in it alone.
     """
 
     anchors: Any
     slid: Floats
     work: float
     now: float
+    points: Points | None = None
 
 
 Past = Mapping[str, Rubbed]
@@ -43,15 +45,16 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
     found = {}
     for name, contact in contacts.items():
         anchors: Any
+        points = None
         if isinstance(contact, Sliding):
             anchors, slid, lost = contact.settled(u)
         elif isinstance(contact, Rubbing):
-            anchors, slid, lost = contact.settled(u), contact.slid(u), contact.lost(u)
+            anchors, slid, lost, points = contact.settled(u), contact.slid(u), contact.lost(u), contact.points
         else:
             continue
         earlier = before.get(name)
         way, work = (0.0, 0.0) if earlier is None else (earlier.slid, earlier.work)
-        found[name] = Rubbed(anchors, way + slid, work + lost, lost)
+        found[name] = Rubbed(anchors, way + slid, work + lost, lost, points)
     return found
 
 

@@ -42,6 +42,8 @@ def _row(contact: str, model: str, own: Touched) -> str:
         said.append(f"facets cut in by up to {units.show(rounded(own.overlap, 2), units.LENGTH)} between their nodes")
     if own.taken is not None and abs(1.0 - own.taken) > MISSED:
         said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
+    if own.beyond is not None:
+        said.append(f"too few cells touch: the force is {rounded(own.beyond, 2):g} times area and largest pressure")
     cells = (
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
         _area(touch.area),
@@ -66,5 +68,8 @@ def lines(report: Report) -> Iterator[str]:
                 yield f"{contact} does not touch in {model}: {left} are left"
                 continue
             force = units.show(rounded(math.hypot(*own.reaction.force), DIGITS), units.FORCE)
+            if own.beyond is not None:
+                yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
+                continue
             most = units.show(rounded(own.touch.pressure, DIGITS), units.PRESSURE)
             yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"

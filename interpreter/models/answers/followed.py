@@ -1,0 +1,130 @@
+"""What contacts come to in a motion: at its end, and at the times before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.models.answers.touch import pressed, touch_from
+from softmark.interpreter.results.loads import vector
+from softmark.interpreter.results.reactions import AtRest, Friction, Reaction, Touch
+from softmark.records import dataclass
+from softmark.solvers.dynamics.pressed import Surface, in_time
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.case import Case
+    from softmark.solvers.contact.touching import Touching
+    from softmark.solvers.dynamics.trajectory import Trajectory
+
+AXIAL = np.array([0.0, 1.0, 0.0])  # what forces on whole rings around y come to
+WHY = "in a motion it is not followed: what contacts do is"
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Contacts in motion: forces at every accepted step, and the surface at some of them.
+
+    Forces at a time are means over the two steps that meet there (solvers/dynamics/pressed.py), so that they have the
+    right impulse; arms of moments are those of places at rest where strains are `small`.
+    """
+
+    case: Case
+    contacts: Mapping[str, Touching]
+    X: Floats
+    track: Trajectory
+    small: bool
+
+    @cached_property
+    def _acts(self) -> list[list[Floats]]:
+        """Of each contact (n + 1, ...): forces, moments and middles."""
+        acts, arm = self._touched.acts, int(self.small)
+        found = []
+        for k in range(len(self.contacts)):
+            own = [seen[k] for seen in acts]
+            f, m = np.array([a.force for a in own]), np.array([a.moments[arm] for a in own])
+            at = np.array([a.middles[arm] for a in own])
+            if self.case.depth:
+                f, m, at = f * AXIAL, 0.0 * m, at * AXIAL
+            found.append([in_time(self.track.steps, f), in_time(self.track.steps, m), at])
+        return found
+
+    @property
+    def _touched(self) -> Any:
+        assert self.track.touched is not None
+        return self.track.touched
+
+    def states(self, surface: bool) -> tuple[Floats, Iterator[AtRest]]:
+        """Times (t,), s, and what contacts come to at each: at all, or at those at which the surface is known."""
+        numbers = [i for i, _ in self._touched.surfaces] if surface else list(range(len(self.track.times)))
+        return self.track.times[numbers], map(self._state, numbers)
+
+    @property
+    def last(self) -> AtRest:
+        """What they come to at the end."""
+        return self._state(len(self.track.times) - 1)
+
+    def _state(self, i: int) -> AtRest:
+        held = {name: self._reaction(k, i) for k, name in enumerate(self.contacts)}
+        most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._acts), default=0.0)
+        size = float(np.linalg.norm(np.ptp(self.X, axis=0)))
+        touches = _Touches(self, i)
+        return AtRest(held, acting=most, moved=self._moved, extent=size, reason=WHY, touches=touches)
+
+    @cached_property
+    def _moved(self) -> float:
+        """The farthest that a node of these surfaces is from where it was at the end, m."""
+        states = self._touched.surfaces
+        return max((float(np.linalg.norm(s.u, axis=1).max(initial=0.0)) for s in states[-1][1]), default=0.0)
+
+    def _reaction(self, k: int, i: int) -> Reaction:
+        f, m, at = (values[i] for values in self._acts[k])
+        return Reaction(vector(f), vector(m), vector(at), vector(m - np.cross(at, f)))
+
+    @cached_property
+    def _surfaces(self) -> dict[int, tuple[Surface, ...]]:
+        return dict(self._touched.surfaces)
+
+    def touch(self, name: str, i: int) -> Touch:
+        """What a contact comes to at one of the times at which surfaces are known."""
+        names = list(self.contacts)
+        k, contact = names.index(name), self.contacts[name]
+        surface, nodes, act = self._surfaces[i][k], self._touched.nodes[k], self._touched.acts[i][k]
+        x, f, g = self.X.copy(), np.zeros(len(self.X)), np.full(len(self.X), np.inf)
+        if not self.small:
+            x[nodes] += surface.u
+        f[nodes], g[nodes] = surface.f, surface.g
+        own = pressed(self.case, contact, self.X, x, f, g)
+        return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i))
+
+    def _rubbed(self, name: str, i: int) -> Friction | None:
+        rubbing = [n for n, contact in self.contacts.items() if hasattr(contact, "friction")]
+        if name not in rubbing:
+            return None
+        own = self.track.rubbed[i][rubbing.index(name)]
+        heat = np.diff(self.track.energies["friction"], prepend=0.0)[i]
+        return Friction(own.slip, own.sticks or 0.0, own.area, float(heat))
+
+
+class _Touches(Mapping[str, Touch]):
+    """What contacts come to at a time, each found when it is asked for."""
+
+    def __init__(self, followed: Followed, i: int) -> None:
+        self.followed, self.i = followed, i
+        self.known: dict[str, Touch] = {}
+
+    def __getitem__(self, name: str) -> Touch:
+        if name not in self.followed.contacts:
+            raise KeyError(name)
+        if name not in self.known:
+            self.known[name] = self.followed.touch(name, self.i)
+        return self.known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.followed.contacts)
+
+    def __len__(self) -> int:
+        return len(self.followed.contacts)
