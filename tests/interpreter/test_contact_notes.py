@@ -20,6 +20,7 @@ metric   push  = force(touch, along = -z)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("to", "share"), [(15.0, 1.0), (12.0, 1.25)])
 def test_facets_may_be_more_than_what_is_selected(to: float, share: float) -> None:
     """Facets are 5 mm wide: those up to x = 15 mm take part for 12 mm, which is a part of the error."""

@@ -108,6 +108,7 @@ def test_a_bar_leaves_a_wall_as_the_integrator_lets_it(name: str, law: Maker, el
     assert min(touching.gaps(m.x).min() for m in path.observed) > 0.0
 
 
+@pytest.mark.slow
 def test_a_wall_that_comes_does_the_work(law: Maker, elastic: Energies) -> None:
     """A bar at rest leaves a wall that comes at v with 2 v: half the work is lost to no one, of 1/2 m (2 v)^2.
 
