@@ -60,6 +60,8 @@ def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most
     own = Pressing(facets, points, np.where(r < 1.0, f, 0.0), g, 0.5 * np.pi)
     assert own.area == pytest.approx(np.pi, rel=0.03)
     assert own.largest == pytest.approx(1.0, rel=most)
+    edge = 0.25  # of triangles, of quadratic facets half theirs; the border is a circle of 2 pi, and crosses some twice
+    assert abs(own.area - np.pi) <= 0.5 * own.border <= 2.0 * np.pi * edge
 
 
 @pytest.mark.parametrize("defect", [0.2, -0.08])
