@@ -55,14 +55,15 @@ def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of gaps; none where nothing may touch."""
+    from softmark.interpreter.vocabulary.analyses import Dynamic
     from softmark.interpreter.vocabulary.pairs import Itself
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, Itself)]
     if not (own or whole.case.contacts):
         return {}
-    at_rest = getattr(whole.prepared, "static", whole.prepared)  # of a motion
-    beds: Any = getattr(at_rest, "beds", {})
-    return {"gap": partial(_left, {name: beds[name].distance for name in own if not beds[name].rubs})}
+    beds: Any = getattr(whole.prepared, "beds", {})
+    moving = isinstance(whole.case.analysis, Dynamic)  # nothing else is told of them there
+    return {"gap": partial(_left, {name: beds[name].distance for name in own if moving or not beds[name].rubs})}
 
 
 def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
@@ -73,7 +74,8 @@ def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     from softmark.interpreter.evidence.probe_answers import Unknown
 
     rest = seen.at_rest
-    if rest is None or not (rest.touches or rest.reason is None):
+    told = rest is not None and (rest.reason is None or bool(rest.touches))
+    if rest is None or not (told or (widest and seen.unit == "m")):
         raise Unknown("what the contacts leave open is not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":

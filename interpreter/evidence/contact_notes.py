@@ -97,7 +97,7 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
 def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
     """A warning for each contact whose area or pressure is asked, and whose force is more than these come to."""
     asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
-    for name in sorted(asked & set(rest.touches)) if rest.reason is None else ():
+    for name in sorted(asked & set(rest.touches)):
         touch = rest.touches[name]
         if (times := beyond(touch)) is not None:
             area = units.show(rounded(touch.area, 3), units.AREA)

@@ -103,9 +103,9 @@ class Impact:
         p = here.A * pressures
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
         area = float(here.A[held & (pressures > PRESSED * pressures.max(initial=0.0))].sum())
-        self.slid[i] = self.slid[i] + here.slid(x)
+        self.slid[i], lost = self.slid[i] + here.slid(x), here.lost(x)
         self.contacts[i] = self.contacts[i].holding(here.settled(x))
-        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area)
+        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area, lost)
 
     def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
         """The same of surfaces that both deform."""
@@ -141,12 +141,14 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses, and `area` what sticks of the surface at rest, m^2.
+    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `lost` what
+    has become heat over the step before, J.
     """
 
     slip: float
     sticks: float | None
     area: float = 0.0
+    lost: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,14 @@ class Acting:
     """What a contact does to the body that deforms over a `step`, s.
 
     `force` (3,), N; `moments` (2, 3), N m about the origin, of arms as they are and as they are at rest; `middles`
-    (2, 3), m, of its forces by their sizes, likewise. Where the step ends: `gap`, the least, and `left`, the mean where
-    it presses, m.
+    (2, 3), m, of its forces by their `sizes`, likewise, N in all. Where the step ends: `gap`, the least, and `left`,
+    the mean where it presses, m.
     """
 
     force: Floats
     moments: Floats
     middles: Floats
+    sizes: float
     gap: float
     left: float
     step: float = 0.0
@@ -52,8 +53,8 @@ def acting(contact: Any, x: Floats) -> Acting:
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])
-    middles = np.array([sizes @ arm for arm in arms]) / (float(sizes.sum()) or 1.0)
-    return Acting(push.sum(axis=0), moments, middles, float(gaps.min(initial=np.inf)), left)
+    middles = np.array([sizes @ arm for arm in arms]) / ((size := float(sizes.sum())) or 1.0)
+    return Acting(push.sum(axis=0), moments, middles, size, float(gaps.min(initial=np.inf)), left)
 
 
 def in_time(steps: Floats, values: Floats) -> Floats:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.dynamics.trajectory import Trajectory
 
-AXIAL = np.array([0.0, 1.0, 0.0])  # what forces on whole rings around y come to
 WHY = "reactions are those of a state of rest: in a motion what contacts do is followed alone"
 
 
@@ -45,11 +44,14 @@ class Followed:
         found = []
         for k in range(len(self.contacts)):
             own = [seen[k] for seen in acts]
-            f, m = np.array([a.force for a in own]), np.array([a.moments[arm] for a in own])
-            at = np.array([a.middles[arm] for a in own])
-            if self.case.depth:
-                f, m, at = f * AXIAL, 0.0 * m, at * AXIAL
-            found.append([in_time(self.track.steps, f), in_time(self.track.steps, m), at])
+            each = (
+                np.array([a.force for a in own]),
+                np.array([a.moments[arm] for a in own]),
+                np.array([a.sizes for a in own]),
+                np.array([a.sizes * a.middles[arm] for a in own]),
+            )
+            f, m, size, at = (in_time(self.track.steps, values) for values in each)
+            found.append([f, m, at / np.where(size > 0.0, size, 1.0)[:, None]])
         return found
 
     @property
@@ -105,8 +107,7 @@ class Followed:
         if name not in rubbing:
             return None
         own = self.track.rubbed[i][rubbing.index(name)]
-        heat = np.diff(self.track.energies["friction"], prepend=0.0)[i]
-        return Friction(own.slip, own.sticks or 0.0, own.area, float(heat))
+        return Friction(own.slip, own.sticks or 0.0, own.area, own.lost)
 
 
 class _Touches(Mapping[str, Touch]):

@@ -73,6 +73,11 @@ class PreparedMotion:
         return tuple(touch.name for touch in meet if getattr(touch.thing, "friction", 0.0))
 
     @property
+    def beds(self) -> Any:
+        """What surfaces of the body that meet are made of, by contact: of finite elements, nothing else has such."""
+        return getattr(self.static, "beds", {})
+
+    @property
     def size(self) -> Mapping[str, int]:
         """nodes, elements, dofs."""
         return self.static.size
@@ -207,8 +212,7 @@ class PreparedMotion:
         """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
         if not self.problem.meets:
             return {}
-        static: Any = self.static  # of finite elements: nothing else has such contacts
-        known = [crossing.crossings(static.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
+        known = [crossing.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
     def _mesh_facts(self) -> dict[str, Any]:
