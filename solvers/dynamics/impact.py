@@ -110,12 +110,12 @@ class Impact:
     def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
         """The same of surfaces that both deform."""
         hold = here.hold(x)
-        since, slid, _ = here.settled(x)
+        since, slid, heat = here.settled(x)
         N = hold.N
         sticks = float(N[~hold.slip(x, here.friction).slides].sum() / N.sum()) if N.any() else None
         self._met[i] = whole = self._met[i] + slid
         self.meets[i] = here.holding(since)
-        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks)
+        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks, heat=heat)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -141,14 +141,14 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `lost` what
-    has become heat over the step before, J.
+    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `heat` what
+    friction has made of the step that ends, J.
     """
 
     slip: float
     sticks: float | None
     area: float = 0.0
-    lost: float = 0.0
+    heat: float = 0.0
 
 
 @dataclass(frozen=True)
