@@ -9,14 +9,17 @@ to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
 runs all. So are those that look at the report of a scene that takes long (BROAD), and the further cases of broad
-tests (tests/shared/breadth.py).
+tests (tests/shared/breadth.py). Where folders are run, a third of the slow cases of each sweep is walked each day, and
+all of them with SOFTMARK_WHOLE=1 (tests/shared/walk.py).
 """
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +28,10 @@ from typing import Any
 for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # before numpy comes in
     os.environ.setdefault(_threads, "1")
 
+# commands under test start in a third of the time where what is compiled is kept, for workers too
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 # shells start background jobs with interrupts ignored, and who ignores them hands that on to the commands under test
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -32,6 +39,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 import pytest  # noqa: E402
 from breadth import is_broad  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
+from walk import DAY, PARTS, WHOLE, waiting  # noqa: E402
 
 import softmark  # noqa: E402
 from softmark.scenes import ROOT  # noqa: E402
@@ -87,7 +95,7 @@ LONG = (
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """As many as there are processors, a few at most; none where files or tests are named."""
-    if any(not Path(argument).is_dir() for argument in config.args):
+    if not of_folders(config):
         return 0
     if "PYTEST_XDIST_AUTO_NUM_WORKERS" in os.environ:
         return None  # it says how many
@@ -110,6 +118,20 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return ByReport(config, log)
 
 
+def of_folders(config: pytest.Config) -> bool:
+    """Whether no file and no test is named."""
+    return all(Path(argument).is_dir() for argument in config.args)
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    """Which part of the sweeps is walked."""
+    return (
+        "slow sweeps: all cases"
+        if WHOLE
+        else f"slow sweeps: one of {PARTS} cases, those of {DAY} (SOFTMARK_WHOLE=1: all)"
+    )
+
+
 @pytest.hookimpl(tryfirst=True)  # before those that are slow are left out
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Reports that take long make tests slow; in a worker, tests come in the order in which they are to begin."""
@@ -117,8 +139,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         long = "report_of" in getattr(item, "fixturenames", ()) and shared_by(item.nodeid) in BROAD
         if long or is_broad(item):
             item.add_marker(pytest.mark.slow)
+    if of_folders(config) and not config.getoption("keyword") and not WHOLE:
+        later = waiting([item for item in items if item.get_closest_marker("slow")])
+        config.hook.pytest_deselected(items=[item for item in items if item in later])
+        items[:] = [item for item in items if item not in later]
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: turn(shared_by(item.nodeid)))
+
+
+def pytest_collection_finish() -> None:
+    """Thousands of tests stay: nothing is looked for among them whenever a test leaves garbage behind."""
+    gc.collect()
+    gc.freeze()
 
 
 def shared_by(nodeid: str) -> str:

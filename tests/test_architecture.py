@@ -309,6 +309,7 @@ def test_the_names_of_the_lists_import_no_vocabulary() -> None:
     assert not [m for m in found if m.startswith(tuple(f"softmark.{room}" for room in rooms))]
 
 
+@pytest.mark.slow
 def test_kernels_on_disk_are_loaded_without_the_compiler(tmp_path: Path) -> None:
     """And small work imports no library of scipy for one function: a tree of few points, a rule of three, SuperLU."""
     after("run", "silicone-beam", "--model", "corot_tet", cwd=tmp_path)  # compiles what is not there

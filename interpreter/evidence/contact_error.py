@@ -55,7 +55,7 @@ def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     from softmark.interpreter.evidence.probe_answers import Unknown
 
     rest = seen.at_rest
-    if rest is None or rest.reason is not None:
+    if rest is None or not (rest.touches or rest.reason is None):
         raise Unknown("what the contacts leave open is not known")
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":

@@ -30,7 +30,7 @@ def limitless_pressure(metric: Metric | None, case: Case, rest: AtRest | None, X
 
     It is where a sharp edge or tip of the rigid body lies within a facet that is pressed, and the metric looks there.
     """
-    if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or rest.reason is not None:
+    if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or not rest.knows(metric.concerned):
         return None
     touch = next((touch for touch in case.contacts if touch.name == metric.of), None)
     field: Any = rest.touches[metric.of].field if metric.of in rest.touches else None

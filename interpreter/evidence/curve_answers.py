@@ -11,7 +11,8 @@ from softmark.interpreter.evidence.probe_answers import NO_ERROR, Floats, ProbeA
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.curves import Curve
-from softmark.interpreter.metrics.measure import course_of
+from softmark.interpreter.metrics.measure import course_of, followed
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.problem.view import View
@@ -27,6 +28,7 @@ class CurveAnswer(ProbeAnswer):
 
     along: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reference: Curve | None = None
+    contact: OfForces | None = None  # what a contact does, in its place
 
     @property
     def size(self) -> float:
@@ -40,8 +42,14 @@ class CurveAnswer(ProbeAnswer):
         return self._of_curves(self._course(other))
 
     def _course(self, of: ProbeAnswer) -> Floats:
-        course: Floats = of.u[:, -1] @ np.array(self.along)
-        return course
+        if self.contact is not None and self.times is not None:
+            try:
+                course = followed(self.contact, of.at_rest)
+            except Undefined as undefined:
+                raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+            return np.interp(self.times, course.x, course.y)
+        seen: Floats = of.u[:, -1] @ np.array(self.along)
+        return seen
 
     def _of_curves(self, other: Floats) -> float:
         if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
@@ -56,13 +64,20 @@ def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, A
     """What is stated of a course against a measured one; None where there is none."""
     of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
     probe = view.probes.get(of.looked_at or "")
-    if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve) or probe is None:
+    if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
+        return None
+    reference = Curve(data.x, data.y, data.u)
+    if isinstance(of, OfForces) and of.followed and view.at_rest is not None and view.at_rest.knows(of.concerned):
+        times, nothing = followed(of, view.at_rest).x, np.zeros((0, 3))
+        return CurveAnswer(nothing, np.zeros((len(times), 0, 3)), times, metric.thing, view.displacement, None, view,
+                           view.history, at_rest=view.at_rest, reference=reference, contact=of)  # fmt: skip
+    if probe is None:
         return None
     if probe.course is None or of.direction is None:
         return None
     return CurveAnswer(
         probe.points[-1:], probe.course[:, -1:], probe.times, metric.thing, view.displacement, probe, view,
-        view.history, along=of.direction, reference=Curve(data.x, data.y, data.u),
+        view.history, along=of.direction, reference=reference,
     )  # fmt: skip
 
 

@@ -308,8 +308,9 @@ def _asked(
 
 def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
     """Whether a metric is about forces that a view knows."""
-    known = view.at_rest is not None and view.at_rest.reason is None
-    return known and isinstance(metric, OfForces) and metric.body_in(scene) in (None, view.body)
+    if not isinstance(metric, OfForces) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
+        return False
+    return metric.body_in(scene) in (None, view.body)
 
 
 def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:

@@ -86,8 +86,23 @@ class _Known:
         return self._metric(name, self.number)
 
     def at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
-        """Of a metric in the state of a value. Raises _NoValue."""
+        """Of a metric in the state of a value, or of a motion at a time. Raises _NoValue."""
+        if not self.states:
+            return self._in_time(name, value.value)
         return self._metric(name, numbers_of(self.states, value.value)[0])
+
+    def _in_time(self, name: tree.Name, time: float) -> Value:
+        """Between the times at which it is known, on a straight line."""
+        import numpy as np
+
+        owner, metric = name.parts
+        known = self.results[owner].metrics.get(metric)
+        if known is None or known.curve is None:
+            raise _NoValue(
+                f"{name.text} is not known over time" + (f": {known.reason}" if known and known.reason else "")
+            )
+        value = float(np.interp(time, known.curve.x, known.curve.y))
+        return Quantity(value, units.parse(known.unit).dimension)
 
     def _metric(self, name: tree.Name, number: int | None) -> Value:
         owner, metric = name.parts

@@ -93,7 +93,7 @@ class ProbeAnswer:
     def in_displacements(self) -> bool:
         """Whether it is about displacements, so that an error of these relative to their size is one of it."""
         plain = self.metric is None or isinstance(self.metric, OfDisplacements)
-        return plain or self.times is not None or self.unit == "m"
+        return plain or self.times is not None or (self.unit == "m" and not self.in_forces)
 
     @property
     def single(self) -> bool:
@@ -123,7 +123,7 @@ class ProbeAnswer:
     @property
     def size(self) -> float:
         """What an error that is relative to the displacements is multiplied by, in its unit."""
-        if self.unit == "m":
+        if self.unit == "m" and not self.in_forces:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
         if isinstance(self.metric, OfTensors):
             return self._of_tensors(self.metric)
@@ -149,7 +149,7 @@ class ProbeAnswer:
         A force that is nothing by symmetry is the difference of some that are not.
         """
         rest = self.at_rest
-        if rest is None or rest.reason is not None:
+        if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, OfForces) else None):
             return self.size
         if self.unit == "m":
             return max(self.size, rest.moved)

@@ -13,6 +13,7 @@ from softmark.interpreter.front import files_and_selections as given
 from softmark.interpreter.front import lints, plane, states
 from softmark.interpreter.front.comparisons import comparisons
 from softmark.interpreter.front.course_steps import unresolved
+from softmark.interpreter.front.impacts import asked
 from softmark.interpreter.front.refinements import doubts as doubts_of_refined
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compile import recompiled
@@ -306,6 +307,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """A metric compares its probe with a reference of the same body; some are not of plane bodies."""
     yield from plane.metrics(scene)
+    yield from asked(scene)
     if any(body.thing.shape.wired for body in scene.of_kind("body").values()):
         from softmark.interpreter.front import networks
 

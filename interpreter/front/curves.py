@@ -147,7 +147,7 @@ def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, 
 
 
 def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
-    """Of what has no curve: errors, in time all but displacements, and at rest what says not along what it goes."""
+    """Of what has no curve: errors, in time what is not followed, and at rest what says not along what it goes."""
     thing: OfCurves = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
         if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, OfCurves)):
@@ -165,10 +165,11 @@ def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, time
     if moving and thing.over is not None:
         return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` goes over time in a dynamic analysis",
                           "at rest only", "leave `over` out")  # fmt: skip
-    if moving and not isinstance(of.thing, Displacement):
+    if moving and not (isinstance(of.thing, Displacement) or of.thing.followed):
         return diagnostic("E509", metric.at("of"), f"`{of.name}` has no course in time: it is a"
                           f" `{of.constructor.name}`", "not followed in time",
-                          "followed in time are displacements: `displacement(tip, along = -z)`")  # fmt: skip
+                          "followed in time are displacements, `displacement(tip, along = -z)`, and what contacts do:"
+                          " `force(touch, along = +z)`")  # fmt: skip
     if not moving and thing.over is None and not (timed and not isinstance(thing, Hysteresis)):
         return diagnostic("E509", metric.at(), f"`{metric.name}` says not along what its curve goes",
                           "over what?",

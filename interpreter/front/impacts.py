@@ -1,4 +1,4 @@
-"""What contacts cannot be in a motion: explicit steps, which find out too late."""
+"""What contacts cannot be in a motion: explicit steps, which find out too late; and what is asked of a motion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.contacts import Between
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -25,3 +27,30 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             "they find a touch only when they are behind the surface: take `generalized_alpha`, `trapezoidal`, "
             "`midpoint`, `bdf2` or `implicit_euler`",
         )
+
+
+def asked(scene: Scene) -> Iterator[Diagnostic]:
+    """Of metrics of forces: which of their values in a motion where there is none; in one, what is known at rest."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    moving = analysis is not None and isinstance(analysis.thing, Dynamic)
+    for metric in scene.of_kind("metric").values():
+        if not (isinstance(metric.thing, OfForces) and metric.thing.followed):
+            continue
+        if not moving and metric.thing.when != "end":
+            yield diagnostic(
+                "E634",
+                metric.at("over"),
+                f"`{metric.name}` is the {metric.thing.when} of a motion, and this is none",
+                "over which time?",
+                "leave `over` out: at rest there is one value, and of several states `.at(50 %)` is one; "
+                "or follow a motion: `dynamic(...)`",
+            )
+        elif moving and not isinstance(scene.declared[named := metric.thing.concerned or ""].thing, Between):
+            yield diagnostic(
+                "E635",
+                metric.at(),
+                f"`{metric.name}` is known at rest alone, and the analysis is a motion",
+                f"{metric.constructor.name} of `{named}`, which is no contact with a rigid body",
+                "followed in a motion is what rigid bodies do, `force(CONTACT, along = +z)`, and displacements; "
+                "energies over time stand in every report",
+            )

@@ -88,6 +88,9 @@ class Expectations:
     def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
         """The dimension of a metric in one state, `model.metric.at(12.5 %)`, which the analysis must have once."""
         found, states = self._lookup(name), self._states()
+        if not states and (end := self._end()) is not None and name.text not in self.compiler.table.symbols:
+            self._in_time(name, node, value, end)
+            return found
         timed = any(isinstance(state, Moment) for state in states)
         if value.dimension != (units.TIME if timed else units.NONE):
             what, due = units.named(value.dimension), "a time" if timed else "a plain number"
@@ -115,6 +118,26 @@ class Expectations:
         own = self._own("analysis")
         known = self.compiler.declaration(own[0]).thing.situations if own else None
         return () if known is None else tuple(known)
+
+    def _end(self) -> float | None:
+        """When a motion ends, s; None of other analyses. Raises Bad where that is in error."""
+        own = self._own("analysis")
+        thing = self.compiler.declaration(own[0]).thing if own else None
+        return getattr(thing, "duration", None) if getattr(thing, "moving", False) else None
+
+    def _in_time(self, name: tree.Name, node: tree.Expression, value: Quantity, end: float) -> None:
+        """A metric that is followed over time, at a time of the motion. Raises Bad."""
+        if value.dimension != units.TIME:
+            found = units.named(value.dimension)
+            raise self.place.fail("E204", node.span, f"expected a time, found {found}", found,
+                                  "what is followed in a motion is asked for at a time: `.at(5 ms)`")  # fmt: skip
+        if not self.compiler.declaration(name.parts[1]).thing.followed:
+            raise self.place.fail("E313", node.span, f"`{name.text}` is known at the end of a motion alone",
+                                  "not followed over time", "leave `.at(...)` out; what contacts do is followed"
+                                  )  # fmt: skip
+        if not 0.0 <= value.value <= end:
+            raise self.place.fail("E313", node.span, f"the motion has no time {percent(Moment(value.value))}",
+                                  "beyond its end", f"it goes from 0 s to {percent(Moment(end))}")  # fmt: skip
 
     def _alone(self, name: tree.Name, kind: str) -> Bad:
         """A name without a dot that is no parameter."""

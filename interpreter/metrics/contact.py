@@ -52,6 +52,8 @@ class ContactArea(OfContact):
     It ends between a node that touches and one that does not, where pressure and gap say; in a coarse mesh it is the
     least sure of what is told of a contact, and it has no limit where contact opens and closes with the mesh. Against
     another model or a theory it is the difference relative to that one's.
+
+    In a motion a report has besides largest_in_time_m2 and when that is, largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
@@ -76,7 +78,7 @@ class ContactPressure(OfContact):
     bilinear on facets, that comes to the same forces. It has no limit at the edge of a sharp punch, where it grows with
     every refinement: a rounded one has. Against another model or a theory it is the difference relative to that one's.
 
-    Beside its value a report has largest_Pa.
+    Beside its value a report has largest_Pa; in a motion largest_in_time_Pa and when that is, largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
@@ -120,7 +122,8 @@ class ContactGap(OfContact):
     Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
     property of the bodies, but a part of the stated error of all else.
 
-    Beside its value a report has left_m, the mean where something presses, by the forces there.
+    Beside its value a report has left_m, the mean where something presses, by the forces there; in a motion
+    least_in_time_m and when that is, least_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]

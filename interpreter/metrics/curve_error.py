@@ -28,10 +28,10 @@ Statistic = Literal["rms", "max", "area", "unexplained", "slope"]
 class CurveError(OfCurves):
     """How far the curve of a metric is from a measured one, relative, on the range that both have.
 
-    In a dynamic analysis the curve is that of a `displacement` over time. At rest it goes from state to state: what the
-    metric `of` comes to, where the metric `over` says that it lies, as force over travel; in each state the number is
-    that of the curve up to there, in the last one that of all. What straight lines between states leave out is a
-    part of the stated error: take enough of them.
+    In a dynamic analysis the curve is that of a `displacement`, or of what a contact does, over time. At rest it
+    goes from state to state: what the metric `of` comes to, where the metric `over` says that it lies, as force
+    over travel; in each state the number is that of the curve up to there, in the last one that of all. What
+    straight lines between states leave out is a part of the stated error: take enough of them.
 
     `rms`: the root of the mean square of the difference, over that of the reference. `max`: the largest difference,
     over the largest value of the reference. `area`: the area between the two, over that below |reference|.

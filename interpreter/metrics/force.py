@@ -18,14 +18,19 @@ else:
 
 @dataclass(frozen=True)
 class Force(OfForces):
-    """Force of a support or a contact on the body at rest, along a direction: what pulls, presses or holds it.
+    """Force of a support or a contact on the body, along a direction: what pulls, presses or holds it.
 
     The sum of internal less applied forces over what the support holds, found again by other formulas and balanced with
     all loads to 1e-8 (`checks` of the report). What two supports both hold counts as that of the first in the scene;
     the report says what acts there. Of a plate that pulls along +z it is positive along +z. Against another model it is
     the difference relative to the size of that model's force.
 
-    Beside its value a report has size_N, that of the force whatever its direction.
+    In a motion it is that of a contact, barrier and friction, at the end, or the largest or the mean over time, and a
+    curve; `MODEL.METRIC.at(2 ms)` asks for it at a time. There it is the mean over the two steps that meet, so that the
+    curve has the impulse that the body has got.
+
+    Beside its value a report has size_N, that of the force whatever its direction, and in a motion largest_in_time_N
+    and when that is, largest_at_s.
     """
 
     of: Annotated[str, "support or contact", "the support, or the contact"]

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curves import Course
 from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
-from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.metric import Metric, OfForces
 from softmark.interpreter.metrics.of_curves import OfCurves
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.problem.case import body_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import MetricResult, ProbeResult, SeenCurve
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
@@ -129,6 +130,8 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
     of = scene.declared[thing.of].thing
     if isinstance(views[-1].case.analysis, Dynamic):
         own = seen_of(of, views[-1], {})
+        if of.followed:
+            return followed(of, own.at_rest)
         if own.times is None or own.course is None or of.direction is None:
             raise Undefined("it has no history")
         return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
@@ -141,6 +144,13 @@ def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
     over = scene.declared[thing.over].thing
     x, y = (np.array([_own_value(one, view) for view in views]) for one in (over, of))
     return Course(x, y, (key_of(over.unit), key_of(of.unit)))
+
+
+def followed(of: OfForces, rest: AtRest | None) -> Course:
+    """The course of what a contact does. Raises Undefined where it has none."""
+    if (course := of.course(rest)) is None:
+        raise Undefined("it has no history")
+    return course
 
 
 def number_of(scene: Scene, thing: ErrorOfValue, view: View) -> Number:

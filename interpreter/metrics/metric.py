@@ -26,6 +26,7 @@ class Metric:
     """A number of an answer; what it looks at are its fields `probe` and `against`, where it has them."""
 
     last: ClassVar[bool] = False  # whether it looks at the last point of its probe alone
+    followed: ClassVar[bool] = False  # whether it has values over time in a motion, beside that of its end
     of_all_states: ClassVar[bool] = False  # whether it is of the way through all states: expected of the last alone
 
     @property
@@ -83,6 +84,7 @@ class OfForces(Metric):
     """One that is made of what a state of rest says of forces; against another model it is relative to that."""
 
     natural: ClassVar[str]  # the unit of its value
+    followed: ClassVar[bool] = True
     extreme: ClassVar[str] = "largest"  # or `least`: which of its values in a motion is the one to know
     of_surface: ClassVar[bool] = False  # whether it is told of the surface in contact, which is not kept of every step
 

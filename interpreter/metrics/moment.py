@@ -20,14 +20,17 @@ Vector3 = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Moment(OfForces):
-    """Moment of a support or a contact on the body at rest, about an axis: a torque, or what a clamp resists.
+    """Moment of a support or a contact on the body, about an axis: a torque, or what a clamp resists.
 
     Forces act where their points came to lie; in a model of small strain where they were. Without `about` the point is
     the middle of what is held, there where it came to lie: of its volume, or where no cell is held whole, of its area
     on the surface; of a beam, of the length of its axis. It is `at` of the reaction in the report. Found again and
     balanced as forces are. Against another model it is the difference relative to the size of that model's moment.
 
-    Beside its value a report has size_Nm, that of the moment whatever its direction.
+    In a motion it is that of a contact, as its force is.
+
+    Beside its value a report has size_Nm, that of the moment whatever its direction, and in a motion largest_in_time_Nm
+    and when that is, largest_at_s.
     """
 
     of: Annotated[str, "support or contact", "the support, or the contact"]

@@ -37,6 +37,7 @@ class PorePressure(OfForces):
     at: Annotated[tuple[float, float, float], "m", "the point, by its coordinates before deformation"]
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "Pa"
+    followed: ClassVar[bool] = False
 
     @property
     def concerned(self) -> str:
@@ -75,6 +76,7 @@ class Outflow(OfForces):
     of: Annotated[str, "support", "`drained(...)` or `pore_pressure(...)`"]
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m^3"
+    followed: ClassVar[bool] = False
 
     @property
     def concerned(self) -> str:

@@ -39,6 +39,7 @@ class PressureAlong(OfContact):
     probe: Annotated[str, "probe", "where on the surface it is looked at, such as a `line(...)`"]
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "Pa"
+    followed: ClassVar[bool] = False  # a curve along a line at the end
 
     def measure(self, seen: Seen) -> Measurement:
         """The largest, or the largest difference, and the curve. Raises Undefined."""

@@ -35,7 +35,7 @@ class Slip(OfFriction):
 
     The way itself, not its distance from where it began: what slides to and fro has slid both. Where it sticks it gives
     way by friction times pressure over the stiffness of the barrier per distance, less than the barrier's distance, and
-    that is no slip.
+    that is no slip. In a motion the states are its steps, and a report has besides largest_in_time_m and largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
@@ -59,6 +59,8 @@ class StickArea(OfFriction):
     Each node stands for a part of the surface, so that it is known to about the area of the cells at its border. Of a
     sphere on a half-space under a shear of Q it is a circle of (1 - Q / (friction P))^(1/3) of the radius of contact
     (Cattaneo 1938, Mindlin 1949).
+
+    In a motion a report has besides largest_in_time_m2 and when that is, largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]

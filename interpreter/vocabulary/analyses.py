@@ -163,6 +163,7 @@ class Dynamic:
     disturbed: ClassVar[Literal["none"]] = "none"
 
     situations: ClassVar[None] = None  # it has no states
+    moving: ClassVar[bool] = True
 
     duration: Annotated[float, "s in (0, inf)", "how long the motion is followed"]
     step: Annotated[float, "s in (0, inf)", "the time step"]

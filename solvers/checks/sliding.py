@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 LEAST = 1e-300
 ALIKE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point rubs
+SAME = 1e-9  # of a distance: faces that are as near but for rounding, of which the first is taken
 
 
 def near(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
@@ -101,8 +102,9 @@ def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: F
     r = p[pairs[:, 0]] - feet(p[pairs[:, 0]], t)
     best: dict[int, tuple[float, int]] = {}
     for number, key in enumerate(_ranks(r, t).tolist()):
-        one = int(pairs[number, 0])
-        if one not in best or key < best[one][0]:
+        one, face = pairs[number].tolist()
+        least, other = best.get(one, (np.inf, number))
+        if key < (1.0 - SAME) * least or (key <= (1.0 + SAME) * least and face < pairs[other, 1]):
             best[one] = key, number
     for one, (_, number) in best.items():
         corners = faces[pairs[number, 1]]

@@ -128,6 +128,7 @@ class Colliding(Wandering):
             found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
             return found
         V, corners = self._places(x)
+        self._kept.clear()
         pairs, self._kept["beside"] = self._pairs(V)
         self._kept["x"], self._kept["near"] = x, (pairs, self._guard(corners), V, corners)
         return self._near(x)
@@ -211,11 +212,15 @@ class Colliding(Wandering):
         return float(self._potential(pairs, self._sampled, V) + self._faint(guard, self._surface, corners))
 
     def forces(self, x: Floats) -> Floats:
-        """Derivatives by the places of corners and samples (v, d), N."""
+        """Derivatives by the places of corners and samples (v, d), N; of the last state known already."""
         pairs, guard, V, corners = self._near(x)
+        if "forces" in self._kept:
+            known: Floats = self._kept["forces"]
+            return known
         g = self._potential.gradient(pairs, self._sampled, V)
         g[: corners.size] += self._faint.gradient(guard, self._surface, corners)
         found: Floats = np.asarray(g).reshape(V.shape) / self._unit
+        self._kept["forces"] = found
         return found
 
     def stored(self, x: Floats) -> float:

@@ -24,6 +24,7 @@ from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 PRESSED = 1e-12  # of the largest force: what is less is no contact
 ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
+SAME = 1e-9  # of a distance: faces that are as near but for rounding
 GRIP = 10.0  # times the stiffness of the barrier over its distance: the spring of what sticks
 
 
@@ -121,7 +122,7 @@ class Sliding(Wandering):
         of = pairs[:, 0] - skin.corners
         pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
         p, t = V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]]
-        nearest, far = _nearest(pairs[:, 0], p, t)
+        nearest, far = _nearest(pairs, p, t)
         pairs, p, t = pairs[nearest], p[nearest], t[nearest]
         which = pairs[:, 0] - skin.corners
         W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
@@ -245,12 +246,19 @@ class Sliding(Wandering):
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
-def _nearest(samples: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
-    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it; how far it is, m."""
+def _nearest(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
+    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it; how far it is, m.
+
+    Of those that differ by rounding alone, as where a sample is right over an edge, it is the first face: what holds
+    on to now one, and now the other, has no state of rest.
+    """
     r = away(p, t)
     far = np.linalg.norm(r, axis=1)
     looks = np.abs(np.einsum("ci,ci->c", r, _normals(t))) / np.maximum(far, TINY)
-    first = least(samples, far * (1.0 + ASIDE * (1.0 - looks)))
+    felt = far * (1.0 + ASIDE * (1.0 - looks))
+    of = np.unique(pairs[:, 0], return_inverse=True)[1].ravel()
+    best = felt[least(of, felt)][of]
+    first = least(of, np.where(felt <= (1.0 + SAME) * best, pairs[:, 1], np.inf))
     return first, far[first]
 
 

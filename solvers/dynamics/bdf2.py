@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
@@ -49,4 +50,5 @@ class BDF2:
         # D of the impulse since the start: a free body gets the right velocity whatever the course
         mean, last = system.forces.mean(now.time, now.time + step), system.forces.mean(before.time, now.time)
         load = steady(mean + ratio / (1.0 + ratio) * (mean - last))
-        return system.solve(Stage(now, step, load, c0**2, c0, coast, speed))
+        end = system.solve(Stage(now, step, load, c0**2, c0, coast, speed))
+        return replace(end, given=(c2 / c0, 1.0 / (c0 * step)))

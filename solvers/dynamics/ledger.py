@@ -30,7 +30,7 @@ class Entry:
     contact: float | None = None  # what the barriers of contacts store; None where there are none
     contact_work: float = 0.0  # of rigid bodies that move
     friction: float | None = None  # what friction has turned into heat; None where nothing rubs
-    impulses: Floats | None = None  # (4, 3) N s, of contacts, loads, supports and damping; None where there are none
+    impulses: Floats | None = None  # (3, 3) N s, of loads, supports and damping; None without contacts
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ def open_entry(system: System, motion: Motion) -> Entry:
     if (impact := system.forces.impact) is None:
         return here
     rubbed = 0.0 if impact.rubs else None
-    return replace(here, contact=_stored(system, motion), friction=rubbed, impulses=np.zeros((4, 3)))
+    return replace(here, contact=_stored(system, motion), friction=rubbed, impulses=np.zeros((3, 3)))
 
 
 def _stored(system: System, motion: Motion) -> float | None:
@@ -82,16 +82,17 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     reaction = system.forces.M @ ((motion.v - last.motion.v) / h) + mean + drag
     if (turning := system.problem.turning) is not None:
         reaction += 0.5 * (turning.gyroscopic(last.motion.v) + turning.gyroscopic(motion.v))
+    impulses = last.impulses
     pressed, contact_work, friction = 0.0, last.contact_work, last.friction
     if (impact := system.forces.impact) is not None:
         since, touches = impact.at(last.motion.time), impact.at(motion.time)
         contact_work += touches.work(motion.x, since)
-        reaction += (c := touches.gradient(motion.x))
+        reaction += touches.gradient(motion.x)
+        impulses = None if impulses is None else impulses + h * _sums(system, -pushed, reaction, -drag)
         heat = touches.lost(motion.x) if impact.rubs else 0.0
         friction = None if friction is None else friction + heat
         pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work) + heat
     fixed = system.forces.fixed
-    impulses = None if impact is None else last.impulses + h * _sums(system, -c, -pushed, reaction, -drag)
     load_work = last.load_work - float(pushed @ way)
     support_work = last.support_work + float(reaction[fixed] @ way[fixed])
     damping = last.damping + float(drag @ way)
@@ -114,11 +115,11 @@ def next_entry(system: System, last: Entry, motion: Motion) -> Entry:
     )
 
 
-def _sums(system: System, contacts: Floats, loads: Floats, reaction: Floats, drag: Floats) -> Floats:
-    """What acts on the body that deforms (4, 3), N: forces on degrees of freedom, of supports where they hold."""
+def _sums(system: System, loads: Floats, reaction: Floats, drag: Floats) -> Floats:
+    """What acts on the body that deforms (3, 3), N: forces on degrees of freedom, of supports where they hold."""
     held = np.zeros_like(reaction)
     held[system.forces.fixed] = reaction[system.forces.fixed]
-    return np.array([system.forces.resultant(f) for f in (contacts, loads, held, drag)])
+    return np.array([system.forces.resultant(f) for f in (loads, held, drag)])
 
 
 def _pulled(system: System, last: Entry, way: Floats, motion: Motion, factors: Floats) -> float | None:

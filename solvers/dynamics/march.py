@@ -224,7 +224,9 @@ class _March:
             return None
         change = impact.mass * (impact.log[-1].velocity - impact.log[0].velocity)
         acts = tuple(seen.acts for seen in impact.log)
-        return Touched(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), self.impulses, change)
+        given = sum((act.step * act.force for seen in acts for act in seen), np.zeros(3))
+        impulses = np.vstack([given, self.impulses])
+        return Touched(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
 
     def _rubbed(self) -> tuple[tuple[Rubbed, ...], ...]:
         """What friction made of contacts at every time."""

@@ -9,6 +9,7 @@ mean over the two steps that meet there, by their lengths, in which that cancels
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ MOST = 800  # states of surfaces that are kept: of more, every second, and so on
 
 @dataclass(frozen=True)
 class Acting:
-    """What a contact does to the body that deforms over a step.
+    """What a contact does to the body that deforms over a `step`, s.
 
     `force` (3,), N; `moments` (2, 3), N m about the origin, of arms as they are and as they are at rest; `middles`
     (2, 3), m, of its forces by their sizes, likewise. Where the step ends: `gap`, the least, and `left`, the mean where
@@ -33,6 +34,15 @@ class Acting:
     middles: Floats
     gap: float
     left: float
+    step: float = 0.0
+
+    def after(self, before: Acting, step: float, given: tuple[float, float]) -> Acting:
+        """Over a step after one `before`, with the impulse that the integrator makes of it (`Motion.given`)."""
+        old, new = given[0] * before.step / step, given[1]
+        if not old:
+            return replace(self, step=step)
+        moments = old * before.moments + new * self.moments
+        return replace(self, force=old * before.force + new * self.force, moments=moments, step=step)
 
 
 def acting(contact: Any, x: Floats) -> Acting:
@@ -62,7 +72,7 @@ def in_time(steps: Floats, values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Surface:
-    """The nodes (s,) of a surface in contact at a time: displacements u (s, 3), m, what presses f (s,), N, gaps g (s,)."""
+    """Nodes (s,) of a surface in contact at a time: displacements u (s, 3), m, what presses f (s,), N, gaps g (s,)."""
 
     u: Floats
     f: Floats

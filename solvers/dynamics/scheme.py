@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Motion:
     """A state with its velocity and acceleration (dofs,) at a `time` in s.
 
-    `factors` (l,) are those of the loads that the acceleration balances.
+    `factors` (l,) are those of the loads that the acceleration balances. What contact gives to momentum in the step
+    that ends is `given` (a, b): a of what it gave in the step before, and b of its force at the end times the step.
     """
 
     time: float
@@ -28,6 +29,7 @@ class Motion:
     v: Floats
     a: Floats
     factors: Floats
+    given: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,10 @@ class StepFailed(Exception):
 
 class TooSoft(StepFailed):
     """A step has ended with a point behind a rigid surface; a stiffer barrier may keep it clear."""
+
+
+class CutsIn(TooSoft):
+    """A step has ended with facets behind a rigid surface; more points that are kept clear may end that."""
 
 
 class StepTooLong(Exception):

@@ -1,12 +1,14 @@
 """A rigid sphere pressed into a block by CalculiX: the force by its section, and what a solid of tetrahedra costs.
 
     python tests/benchmarks/indentation_calculix.py section [--edge 0.2 0.1] [--stiffness 1e5] [--finite]
+    python tests/benchmarks/indentation_calculix.py block [--edge 0.8] [--stiffness 1e4] [--finite]
     python tests/benchmarks/indentation_calculix.py solid SCENE [--model NAME] [--states 20] [--json FILE]
 
 `section`: the cylinder of 40 mm by 40 mm of `indentation_section.py`, eight-node quadrilaterals, the sphere a shell
-of such quadrilaterals whose nodes are all prescribed, contact from face to face by a linear penalty. `solid`: a mesh
-of ours, of four- or ten-node tetrahedra, its lowest face fixed, the sphere on the middle of its highest. In mm, kPa
-and mN, for CalculiX takes forces below 1e-6 for none.
+of such quadrilaterals whose nodes are all prescribed, contact from face to face by a linear penalty. `block`: a
+quarter of the cube of 40 mm, twenty-node hexahedra. `solid`: a mesh of ours, of four- or ten-node tetrahedra, its
+lowest face fixed, the sphere on the middle of its highest. In mm, kPa and mN, for CalculiX takes forces below 1e-6 for
+none.
 """
 
 from __future__ import annotations
@@ -149,15 +151,18 @@ ONE = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS")} | {"CC
 SIDES = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])  # of tetrahedra, in the order of CalculiX
 
 
+def twenty() -> Any:
+    """Where the nodes of a cell of twenty are, in halves of its sides: (20, 3), S1 at z = 0."""
+    corners = [(x, y, z) for z in (0, 2) for x, y in ((0, 0), (2, 0), (2, 2), (0, 2))]
+    ends = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+    middles = [tuple((a + b) // 2 for a, b in zip(corners[i], corners[j], strict=True)) for i, j in ends]
+    return np.array([*corners, *middles])
+
+
 def cap(count: int, across: float = 5.0) -> tuple[Floats, Any]:
     """A square patch of a shell about the lowest point of a sphere at 0: points (n, 3), mm, C3D20 cells (m, 20)."""
-    local = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    corners = np.array([[x, y, z] for z in (1, -1) for x, y in local])  # z: 1 inside, then turned below
-    ends = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
-    twenty = np.concatenate([corners, [(corners[a] + corners[b]) / 2 for a, b in ends]])
-    twenty = twenty * (1, 1, -1)  # from the outside (S1) inwards
     i, j = (a.ravel() for a in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
-    keys = np.stack([2 * i + 1, 2 * j + 1, np.ones_like(i)], axis=1)[:, None] + twenty.astype(int)
+    keys = np.stack([2 * i, 2 * j, np.zeros_like(i)], axis=1)[:, None] + twenty()  # from the outside (S1) inwards
     found, cells = np.unique(keys.reshape(-1, 3), axis=0, return_inverse=True)
     x, y = (found[:, :2] / count - 1.0).T * across
     radius = RADIUS - SHELL * found[:, 2] / 2
@@ -189,6 +194,34 @@ def solid_deck(points: Floats, cells: Any, travels: Any, k: float, finite: bool,
     lines += ["*SURFACE, NAME=TIP", *(f"{m + 1 + e},S1" for e in range(len(shell)))]
     lines += [*materials(finite), *touching(k), "*BOUNDARY", "WALL,1,3", "NBALL,1,2"]
     return "\n".join([*lines, *steps(travels, 3, finite, 1.0, tight=False), ""])
+
+
+def bricks(*sides: Floats) -> tuple[Floats, Any]:
+    """Points (n, 3) and twenty-node cells of a box with corners at places along x, y and z; S1 of a cell is below."""
+    steps = [np.sort(np.concatenate([a, 0.5 * (a[1:] + a[:-1])])) for a in sides]
+    first = np.stack(np.meshgrid(*(np.arange(0, len(a) - 2, 2) for a in steps), indexing="ij"), -1).reshape(-1, 3)
+    keys = first[:, None] + twenty()
+    found, cells = np.unique(keys.reshape(-1, 3), axis=0, return_inverse=True)
+    return np.stack([a[i] for a, i in zip(steps, found.T, strict=True)], axis=1), cells.reshape(-1, 20)
+
+
+def block_deck(edge: float, k: float, finite: bool, growth: float = 1.3) -> str:
+    """A quarter of the cube of 40 mm, of twenty-node cells `edge` wide under the sphere."""
+    across, z = graded(edge, FINE, WIDTH, growth), HEIGHT - graded(edge, FINE / 2, HEIGHT, growth)[::-1]
+    points, cells = bricks(across, across, z)
+    n, m = len(points), len(cells)
+    ball, shell = cap(2 * round(5.0 / edge))
+    ball += (0.0, 0.0, HEIGHT + RADIUS)
+    lines = [*nodes(points, 1, "NBLOCK"), *nodes(ball, n + 1, "NBALL")]
+    lines += elements("C3D20", cells, 1, 1, "BLOCK") + elements("C3D20R", shell, n + 1, m + 1, "BALL")
+    for name, axis in (("SIDEX", 0), ("SIDEY", 1), ("WALL", 2)):
+        lines += chosen("NSET", name, np.flatnonzero(points[:, axis] < 1e-9) + 1)
+    corners = points[cells[:, 4:8]]
+    near = (corners[:, :, 2] > HEIGHT - 1e-9).all(1) & (np.linalg.norm(corners[:, 0, :2], axis=1) < FINE + 1.0)
+    lines += ["*SURFACE, NAME=TOP", *(f"{e},S2" for e in np.flatnonzero(near) + 1)]
+    lines += ["*SURFACE, NAME=TIP", *(f"{m + 1 + e},S1" for e in range(len(shell)))]
+    lines += [*materials(finite), *touching(k), "*BOUNDARY", "WALL,1,3", "SIDEX,1,1", "SIDEY,2,2", "NBALL,1,2"]
+    return "\n".join([*lines, *steps(TRAVELS, 3, finite, 0.5, tight=True), ""])
 
 
 def read(path: Path, model: str = "") -> tuple[Floats, Any]:
@@ -227,16 +260,20 @@ def in_place(deck: str) -> dict[str, Any]:
         return run(deck, Path(folder))
 
 
-def section(edges: list[float], stiffness: list[float], finite: bool) -> None:
-    """Print what the section gives, beside Hertz."""
-    print(f"CalculiX {version()}, CAX8, {'NLGEOM, *HYPERELASTIC NEO HOOKE' if finite else '*ELASTIC, no NLGEOM'}; mN")
+DECKS = {"section": (section_deck, SECTORS, 1), "block": (block_deck, 4, 2)}  # parts of the whole, axis of the force
+
+
+def forces(way: str, edges: list[float], stiffness: list[float], finite: bool) -> None:
+    """Print what the section, or the block, gives, beside Hertz."""
+    deck, parts, axis = DECKS[way]
+    print(f"CalculiX {version()}, {way}, {'NLGEOM, *HYPERELASTIC NEO HOOKE' if finite else '*ELASTIC, no NLGEOM'}; mN")
     heads = [f"{travel} mm" for travel in TRAVELS]
     print(f"| edge, mm | k, kPa/mm | {' | '.join(heads)} | iterations | CPU s |\n" + "| --- " * 7 + "|")
     print(f"| Hertz | | {' | '.join(f'{hertz(travel):.4f}' for travel in TRAVELS)} | | |")
     for edge in edges:
         for k in stiffness:
-            found = in_place(section_deck(edge, k, finite))
-            pushes = " | ".join(f"{SECTORS * reaction[1]:.4f}" for reaction in found["reactions"])
+            found = in_place(deck(edge, k, finite))
+            pushes = " | ".join(f"{parts * reaction[axis]:.4f}" for reaction in found["reactions"])
             print(f"| {edge} | {k:g} | {pushes} | {found['iterations']} | {found['cpu']:.1f} |", flush=True)
 
 
@@ -270,6 +307,10 @@ def main() -> None:
     flat.add_argument("--edge", type=float, nargs="+", default=[0.4, 0.2], help="mm, of cells under the sphere")
     flat.add_argument("--stiffness", type=float, nargs="+", default=[1e4], help="k of the contact, kPa/mm")
     flat.add_argument("--finite", action="store_true")
+    cube = ways.add_parser("block", help="the force by a quarter of a cube in space")
+    cube.add_argument("--edge", type=float, nargs="+", default=[0.8], help="mm, of cells under the sphere")
+    cube.add_argument("--stiffness", type=float, nargs="+", default=[1e4], help="k of the contact, kPa/mm")
+    cube.add_argument("--finite", action="store_true")
     full = ways.add_parser("solid", help="a mesh of tetrahedra: forces and what they cost")
     full.add_argument("mesh", type=Path, help="a scene; points in m and cells, .npz; or a file for meshio")
     full.add_argument("--model", default="", help="of the scene; its first, if not named")
@@ -280,8 +321,8 @@ def main() -> None:
     options = parser.parse_args()
     if shutil.which("ccx") is None:
         raise SystemExit("ccx is not on the path")
-    if options.way == "section":
-        section(options.edge, options.stiffness, options.finite)
+    if options.way in DECKS:
+        forces(options.way, options.edge, options.stiffness, options.finite)
     else:
         cost(options)
 

@@ -39,12 +39,12 @@ def graded(edge: float, fine: float, end: float, growth: float = 1.15) -> Floats
     return places
 
 
-def small(F: Floats) -> tuple[Floats, Floats]:
+def small(F: Floats, mu: float = MU, lam: float = LAM) -> tuple[Floats, Floats]:
     """Linear elasticity: stress (3, 3, ...) and slope (3, 3, 3, 3, ...) of H = F - I."""
     H = F - I[:, :, None, None]
     e = 0.5 * (H + H.swapaxes(0, 1))
-    A = LAM * np.einsum("ij,kl->ijkl", I, I) + MU * (np.einsum("ik,jl->ijkl", I, I) + np.einsum("il,jk->ijkl", I, I))
-    P = 2 * MU * e + LAM * I[:, :, None, None] * np.trace(e)
+    A = lam * np.einsum("ij,kl->ijkl", I, I) + mu * (np.einsum("ik,jl->ijkl", I, I) + np.einsum("il,jk->ijkl", I, I))
+    P = 2 * mu * e + lam * I[:, :, None, None] * np.trace(e)
     return P, np.broadcast_to(A[..., None, None], A.shape + F.shape[2:])
 
 
@@ -54,21 +54,21 @@ def inverse(F: Floats) -> tuple[Floats, Floats]:
     return np.linalg.det(M), np.moveaxis(np.linalg.inv(M), (-1, -2), (0, 1))
 
 
-def neo_hookean(F: Floats) -> tuple[Floats, Floats]:
+def neo_hookean(F: Floats, mu: float = MU, lam: float = LAM) -> tuple[Floats, Floats]:
     """psi = mu/2 (I1 - 3) - mu ln J + lam/2 (ln J)^2."""
     J, G = inverse(F)
-    p = LAM * np.log(J)
-    P = MU * (F - G) + p * G
-    A = MU * np.einsum("ik,jl->ijkl", I, I)[..., None, None]
-    A = A + (MU - p) * np.einsum("il...,kj...->ijkl...", G, G) + LAM * np.einsum("ij...,kl...->ijkl...", G, G)
+    p = lam * np.log(J)
+    P = mu * (F - G) + p * G
+    A = mu * np.einsum("ik,jl->ijkl", I, I)[..., None, None]
+    A = A + (mu - p) * np.einsum("il...,kj...->ijkl...", G, G) + lam * np.einsum("ij...,kl...->ijkl...", G, G)
     return P, A
 
 
-def calculix(F: Floats) -> tuple[Floats, Floats]:
-    """psi = mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2, the law of CalculiX under the same name."""
-    kappa = LAM + 2 / 3 * MU
+def calculix(F: Floats, mu: float = MU, lam: float = LAM) -> tuple[Floats, Floats]:
+    """psi = mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2, the law of CalculiX and Abaqus under the same name."""
+    kappa = lam + 2 / 3 * mu
     J, G = inverse(F)
-    m, I1 = MU * J ** (-2 / 3), np.einsum("ij...,ij...", F, F)
+    m, I1 = mu * J ** (-2 / 3), np.einsum("ij...,ij...", F, F)
     D, q = F - I1 / 3 * G, kappa * (J - 1) * J
     GG, turned = np.einsum("ij...,kl...->ijkl...", G, G), np.einsum("il...,kj...->ijkl...", G, G)
     A = np.einsum("ik,jl->ijkl", I, I)[..., None, None] + I1 / 3 * turned
@@ -79,20 +79,12 @@ def calculix(F: Floats) -> tuple[Floats, Floats]:
 LAWS = {"small": small, "neo_hookean": neo_hookean, "calculix": calculix}
 
 
-class Section:
-    """The cylinder's section, its unknowns, and what they give at integration points."""
+class Revolved:
+    """A section that is revolved about y, its unknowns, and what they give at integration points."""
 
-    def __init__(self, edge: float, width: float = WIDTH, height: float = HEIGHT) -> None:
-        r, z = graded(edge, FINE, width), height - graded(edge, FINE / 2, height)[::-1]
-        self.mesh = MeshQuad.init_tensor(r, z)
-        element = ElementVector(ElementQuad2())
-        self.inside = Basis(self.mesh, element, intorder=5)
-        top = self.mesh.facets_satisfying(lambda x: (x[1] > height - 1e-9) & (x[0] < FINE + 1))
-        self.face = BoundaryFacetBasis(self.mesh, element, facets=top, intorder=8)
-        self.height = height
-        dofs = self.inside.get_dofs(lambda x: x[1] < 1e-9).all()
-        axis = self.inside.get_dofs(lambda x: x[0] < 1e-9).all(["u^1"])
-        self.free = np.setdiff1d(np.arange(self.inside.N), np.concatenate([dofs, axis]))
+    def __init__(self, mesh: Any) -> None:
+        self.mesh = mesh
+        self.inside = Basis(mesh, ElementVector(ElementQuad2()), intorder=5)
         self.B = self._gradients()
         self.w = 2 * np.pi * self.inside.global_coordinates().value[0] * self.inside.dx
 
@@ -114,12 +106,32 @@ class Section:
         f = np.einsum("ijacq,ijcq,cq->ac", self.B, P, self.w, optimize=True)
         AB = np.einsum("ijklcq,klbcq,cq->ijbcq", A, self.B, self.w, optimize=True)
         K = np.einsum("ijacq,ijbcq->abc", self.B, AB, optimize=True)
-        return self._summed(self.inside, f, K)
+        return self.summed(self.inside, f, K)
 
     def least(self, u: Floats) -> float:
         """The least determinant of F."""
         F = I[:, :, None, None] + np.einsum("ijacq,ac->ijcq", self.B, u[self.inside.element_dofs], optimize=True)
         return float(((F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]) * F[2, 2]).min())
+
+    def summed(self, basis: Any, f: Floats, K: Floats) -> tuple[Floats, Any]:
+        d, n = basis.element_dofs, basis.N
+        rows = np.broadcast_to(d[:, None], K.shape).ravel()
+        columns = np.broadcast_to(d[None], K.shape).ravel()
+        return np.bincount(d.ravel(), f.ravel(), n), sparse.coo_matrix((K.ravel(), (rows, columns)), (n, n)).tocsc()
+
+
+class Section(Revolved):
+    """The cylinder's section below the sphere."""
+
+    def __init__(self, edge: float, width: float = WIDTH, height: float = HEIGHT) -> None:
+        r, z = graded(edge, FINE, width), height - graded(edge, FINE / 2, height)[::-1]
+        super().__init__(MeshQuad.init_tensor(r, z))
+        top = self.mesh.facets_satisfying(lambda x: (x[1] > height - 1e-9) & (x[0] < FINE + 1))
+        self.face = BoundaryFacetBasis(self.mesh, self.inside.elem, facets=top, intorder=8)
+        self.height = height
+        dofs = self.inside.get_dofs(lambda x: x[1] < 1e-9).all()
+        axis = self.inside.get_dofs(lambda x: x[0] < 1e-9).all(["u^1"])
+        self.free = np.setdiff1d(np.arange(self.inside.N), np.concatenate([dofs, axis]))
 
     def contact(self, u: Floats, travel: float, k: float) -> tuple[Floats, Any, float]:
         """Forces and stiffness of the sphere, and the force that it feels upwards."""
@@ -135,13 +147,7 @@ class Section:
         f = np.einsum("aicq,icq,cq->ac", N, n, w * g)
         C = np.einsum("icq,jcq->ijcq", n, n) * w + w * g * H
         K = np.einsum("aicq,ijcq,bjcq->abc", N, C, N, optimize=True)
-        return *self._summed(basis, f, K), float(abs(np.sum(w * g * n[1])))
-
-    def _summed(self, basis: Any, f: Floats, K: Floats) -> tuple[Floats, Any]:
-        d, n = basis.element_dofs, basis.N
-        rows = np.broadcast_to(d[:, None], K.shape).ravel()
-        columns = np.broadcast_to(d[None], K.shape).ravel()
-        return np.bincount(d.ravel(), f.ravel(), n), sparse.coo_matrix((K.ravel(), (rows, columns)), (n, n)).tocsc()
+        return *self.summed(basis, f, K), float(abs(np.sum(w * g * n[1])))
 
 
 LADDER = (30.0, 300.0, 3e3, 3e4, 3e5)  # k, kPa/mm: each from the answer of the one before

@@ -18,8 +18,8 @@ def check_swept(shape: Swept) -> None:
     np.testing.assert_allclose(shape.centre(0.0), shape.root, atol=slack)
     np.testing.assert_allclose(shape.frame(0.0)[0], shape.axis, atol=1e-12)
     for first, last in ((0.0, 1.0), (0.2, 0.3), (0.6, 0.95)):
-        stations = np.linspace(first, last, 301) * shape.length
-        found = np.array([_section_at(shape, s) for s in stations.tolist()])  # (301, k, 3)
+        stations = np.linspace(first, last, 61) * shape.length
+        found = np.array([_section_at(shape, s) for s in stations.tolist()])  # (61, k, 3)
         low, high = (np.array(end) for end in shape.slab(stations[0], stations[-1]))
         np.testing.assert_array_less(low - slack, found.min(axis=(0, 1)))
         np.testing.assert_array_less(found.max(axis=(0, 1)), high + slack)
@@ -30,8 +30,8 @@ def check_swept(shape: Swept) -> None:
             s.reshape(found.shape[:2]), np.repeat(stations[:, None], found.shape[1], 1), atol=slack
         )
         assert section.outside(u, v) == pytest.approx(0.0, abs=slack)
-        own = [shape.own(tuple(place)) for place in found[::30, 0].tolist()]
-        np.testing.assert_allclose(np.stack(shape.coordinates(found[::30, 0]), axis=1), own, atol=slack)
+        own = [shape.own(tuple(place)) for place in found[::6, 0].tolist()]
+        np.testing.assert_allclose(np.stack(shape.coordinates(found[::6, 0]), axis=1), own, atol=slack)
     for s in (0.0, 0.3, 1.0):  # a frame is one, and along the axis
         t, e, f = (np.array(way) for way in shape.frame(s * shape.length))
         np.testing.assert_allclose(np.array([t, e, f]) @ np.array([t, e, f]).T, np.eye(3), atol=1e-12)

@@ -62,6 +62,7 @@ def test_what_is_long_and_wrong_is_refused_briefly(text: str) -> None:
     assert len(render(found)) < 10_000
 
 
+@pytest.mark.slow
 def test_what_is_long_and_right_is_parsed() -> None:
     numbers = "param a = [" + "1, " * MANY + "]"
     chain = "expect a" + " < a" * MANY

@@ -227,6 +227,7 @@ scenes = st.tuples(st.booleans(), st.lists(declarations, max_size=5)).map(
 )
 
 
+@pytest.mark.slow
 @patient
 @given(values)
 def test_an_expression_survives_printing(value: Expression) -> None:
@@ -258,6 +259,7 @@ def may_break(tokens: list[Token], i: int) -> bool:
     return tokens[i].kind != "UNIT" and (depth > 0 or tokens[i - 1].kind in UNFINISHED)
 
 
+@pytest.mark.slow
 @patient
 @given(scenes, st.data())
 def test_comments_anywhere_are_kept(tree: Tree, data: st.DataObject) -> None:

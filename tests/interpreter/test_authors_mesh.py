@@ -78,6 +78,7 @@ def row(needs_data: Callable[[str], None]) -> Callable[[str], ModelResult]:
     return cache(lambda name: scene.run(models=[name]).models[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOME)
 def test_tip(row: Callable[[str], ModelResult], name: str) -> None:
     found = row(name)
@@ -87,6 +88,7 @@ def test_tip(row: Callable[[str], ModelResult], name: str) -> None:
     np.testing.assert_allclose((z, -y), ROWS[name][-1], atol=0.051 if "linear" in name else 0.011)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOME)
 def test_distance_from_the_scan(row: Callable[[str], ModelResult], name: str) -> None:
     gap = row(name).metrics["gap"].value

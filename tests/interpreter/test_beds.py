@@ -116,6 +116,7 @@ metric carry = force(bed, along = +y)
     assert model.solve["checks"]["reactions"]["apart"] < 1e-9
 
 
+@pytest.mark.slow
 def test_a_block_let_go_on_springs_and_dashpots() -> None:
     """m u'' + c u' + k u = p per area has a closed form, met to 1e-3: (w h)^2 / 12 of 11 rad in steps of 1 ms."""
     bed = "support bed = bedded(block, where = z <= 0 mm, stiffness = 0.01 kPa/mm, damping = 40 Pa*s/m)\n"

@@ -126,6 +126,7 @@ def test_json_that_cannot_be_written(tmp_path: Path, place: str) -> None:
     assert "--json" in done.stderr
 
 
+@pytest.mark.slow
 def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     # the rod takes milliseconds, the fine mesh half a minute: the interrupt arrives between
     small = "model small = fem(tet4, strain = finite, size = 20 mm)\n"  # compiles, so that the interrupt meets a solve

@@ -311,6 +311,7 @@ def test_the_saved_tables_have_every_point(parsed: Parsed) -> None:
     links = {a["download"]: unquote(a["href"]) for t, a in parsed(page(made)).tags if t == "a" and "download" in a}
     rows = links["beam-points.csv"].split("\r\n")
     assert rows[0].startswith("data:text/csv;charset=utf-8,configuration,model,study,status")
+    assert "eta [1],uncertainty of eta [1]" in rows[0]
     assert len(rows) == len(made["points"]) + 2  # the head, and the end of the last line
     assert {"eta-against-cpu_s.csv", "beam-distances.csv", "beam-costs.csv"} <= set(links)
 
@@ -325,7 +326,14 @@ def test_the_terminal_marks_the_front_and_ends_with_the_advice() -> None:
     assert len(marked) == len(front)
     assert shown.index("-> For eta") > shown.index("springs: no equilibrium was found")
     assert shown.endswith("comparison: out/compare.html")
+    assert "eta is known to ±0.1 %" in " ".join(shown.split())
     assert "\x1b[" in table(made, True)
+
+
+def test_without_an_error_both_say_so(parsed: Parsed) -> None:
+    made = comparison(point("rod", errors={"drop": {"value": 0.02, "unit": "m", "against": None}}), references={})
+    for shown in (parsed(page(made)).text, table(made, False)):
+        assert "No error was measured, as no metric is against a reference" in shown
 
 
 def test_what_others_wrote_steers_no_terminal() -> None:

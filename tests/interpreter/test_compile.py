@@ -91,6 +91,7 @@ def test_the_order_of_declarations_does_not_matter() -> None:
         assert value(scene, "a") == pytest.approx(4e-3, rel=1e-15)
 
 
+@pytest.mark.slow
 def test_a_long_chain_of_parameters_in_either_order() -> None:
     """No recursion: five thousand parameters, each from the next."""
     lines = ["param a0 = 1", *(f"param a{i + 1} = a{i} + 1" for i in range(5000))]
@@ -347,6 +348,7 @@ def generated(lines: int) -> str:
     return "\n".join(text) + "\n"
 
 
+@pytest.mark.slow
 def test_ten_thousand_lines() -> None:
     """Nothing grows with the square of the length: a check takes some 2 s of CPU, most of it for parsing."""
     text = generated(10_000)

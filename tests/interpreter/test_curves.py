@@ -303,6 +303,7 @@ metric   drop = displacement(end, along = -z)
     assert told[1] == pytest.approx(told[0], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_scene_without_curves_reads_and_imports_nothing_of_them() -> None:
     """The words are known; what checks, compares and states curves is not looked at, and no table is read."""
     asked = (

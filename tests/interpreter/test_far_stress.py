@@ -76,6 +76,7 @@ def refused(text: str) -> tuple[str, str]:
 # ------------------------------------------------------------------ tension
 
 
+@pytest.mark.slow
 def test_on_a_whole_surface_it_makes_a_uniform_stress() -> None:
     """Whatever the shape and the direction, T d d everywhere: facets of a curved cell take exactly their tractions."""
     corners = (

@@ -57,6 +57,7 @@ def test_what_another_model_cannot_do_stops_no_other(tmp_path: Path, capsys: pyt
     assert main(["check", str(file)]) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["compare", "stress"])
 def test_studies_of_one_model_are_not_stopped_by_another(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

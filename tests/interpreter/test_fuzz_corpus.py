@@ -90,6 +90,7 @@ def test_changed_mesh_files(fuzz_folder: Path, seed: int) -> None:
 FILES: list[bytes] = []
 
 
+@pytest.mark.slow
 def test_reading_a_scene_does_nothing_but_read(tmp_path: Path) -> None:
     """In a process of its own, since an audit hook stays: no file that is not named, no process, no network."""
     environment = {**os.environ, "SOFTMARK_FUZZ": str(tmp_path)}

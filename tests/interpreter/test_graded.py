@@ -303,6 +303,7 @@ def test_precision_may_be_single() -> None:
     assert found["a"] == pytest.approx(found["b"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_scene_without_any_loads_none_of_this() -> None:
     more = "param soft = 5 kPa\nmodel m = fem(hex8, strain = finite, size = 10 mm)"
     scene = bar("2 * soft", more, law="neo_hookean")

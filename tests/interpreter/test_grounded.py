@@ -89,7 +89,10 @@ def test_a_block_between_two_plates_is_pressed_as_one_that_a_mirror_holds() -> N
     The mirror's half has cells of the same size. Gaps that barriers leave are 1e-5 of a diagonal, 0.35 um, at most: on
     both sides 3.5e-4 of the travel of 2 mm.
     """
-    found = solved(PLATES, z=0.5).models["cubes"]
+    report = solved(PLATES, z=0.5)
+    found = report.models["cubes"]
+    said = [d.message for d in report.warnings if d.code == "W613"]
+    assert [text.partition(" (in ")[2] for text in said] == ["the state 10 %)", "the states 50 %, 100 %)"]  # each once
     push, rest = (found.metrics[name].states for name in ("push", "rest"))
     assert push[0] == rest[0] == 0.0
     assert push[1:] == pytest.approx(rest[1:], rel=2e-8)

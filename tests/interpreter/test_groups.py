@@ -260,6 +260,7 @@ metric some = strain(ball, component = xx, over = mean)
     assert ball.weights.sum() == pytest.approx(np.pi * 8e-3**3 / 3, rel=1e-2)  # a quarter, by chords
 
 
+@pytest.mark.slow
 def test_a_scene_without_groups_imports_nothing_for_them() -> None:
     scene = """material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body bar = solid(box(size = (20, 10, 10) mm), gel)

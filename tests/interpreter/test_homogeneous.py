@@ -78,6 +78,7 @@ def test_states_of_stretch_are_those_of_one_mesh(state: str) -> None:
     same(report, ALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [
     "st_venant_kirchhoff(young = 60 kPa, poisson = 0.3, density = 1 kg/m^3)",
     "stable_neo_hookean(young = 60 kPa, poisson = 0.499, density = 1 kg/m^3)",
@@ -98,6 +99,7 @@ def test_half_a_poisson_ratio_is_that_of_pressures() -> None:
     same(report, ALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strain", ["small", "corotational"])
 def test_measures_of_strain_are_those_of_finite_elements(strain: str) -> None:
     report = run(f"{ROLLERS}{PULL}{LOOK}analysis rest = static(tolerance = 1e-10)\n"
@@ -156,6 +158,7 @@ def test_a_state_that_ends_is_not_converged_and_says_where() -> None:
     assert "has its maximum" in dot.message
 
 
+@pytest.mark.slow
 def test_grips_that_hold_a_width_leave_no_stated_error() -> None:
     text = (ROLLERS + PULL).replace(", components = x", "").replace("components = (y, z)", "")
     text = "\n".join(line for line in text.splitlines() if "front" not in line and "under" not in line)
@@ -206,6 +209,7 @@ def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: py
     assert "directions beside the axes" in dot.message
 
 
+@pytest.mark.slow
 def test_a_scene_of_one_material_point_loads_no_mesh() -> None:
     names = loaded_by(f'softmark 1\nscene "dot"\nmaterial gel = {LAW}\n{BLOCK}{ROLLERS}{PULL}'
                       "metric force = force(grip, along = +x)\nmodel dot = homogeneous(uniaxial)\n")  # fmt: skip

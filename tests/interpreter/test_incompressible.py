@@ -44,6 +44,7 @@ model single  = fem(hex8, strain = finite, formulation = mean_dilatation, size =
 """
 
 
+@pytest.mark.slow
 def test_forms_agree_and_say_nothing_of_locking() -> None:
     """Mixed hexahedra are those of the mean dilatation; others within 5 %, their errors of discretisation here."""
     report = solved(FORMS + MEANS)

@@ -126,6 +126,7 @@ def by_felupe(by: float) -> float:
     return float(-np.array(field[0].values)[middle, 1].mean())
 
 
+@pytest.mark.slow
 def test_a_gripped_strip_at_half_its_length_again() -> None:
     """2 % between elements: a mesh of 4 mm with the edges of the grips, where tension is singular, leaves about 1 %."""
     models = {"mean": ELEMENTS["mean"], "selective": ELEMENTS["selective"], **MIXED}
@@ -140,6 +141,7 @@ def test_a_gripped_strip_at_half_its_length_again() -> None:
         assert value == pytest.approx(theirs, rel=0.02), name
 
 
+@pytest.mark.slow
 def test_a_gripped_strip_at_three_times_its_length() -> None:
     """Linear pressures in ten-node tetrahedra against the same tetrahedra without, which lock a little: 5 %."""
     models = declared({"plain": "tet10", "mixed": MIXED["mixed_tet10"]}, "5 mm")

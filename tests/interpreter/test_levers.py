@@ -49,6 +49,7 @@ def report() -> softmark.Report:
     return solved(LEVERS)
 
 
+@pytest.mark.slow
 def test_levers_that_cost_no_accuracy(report: softmark.Report) -> None:
     """Forces to 1e-8, or in single precision to 1e-3 and states to 1e-5 (tests/solvers/test_levers.py)."""
     exact = drop(report.models["plain"])
@@ -65,6 +66,7 @@ def test_single_precision_is_said_to_end_in_rounding(report: softmark.Report) ->
     assert "single precision" in report.models["single"].outline
 
 
+@pytest.mark.slow
 def test_a_capped_state_has_its_metrics_and_its_residual(report: softmark.Report) -> None:
     """Three Newton steps are within a few per cent of the drop already; their residual is far from the tolerance."""
     capped, exact = report.models["capped"], drop(report.models["plain"])
@@ -74,6 +76,7 @@ def test_a_capped_state_has_its_metrics_and_its_residual(report: softmark.Report
     assert 0.0 < abs(drop(capped) / exact - 1.0) < 0.05
 
 
+@pytest.mark.slow
 def test_what_simulators_do_in_a_step_is_no_solution(report: softmark.Report) -> None:
     """One Newton step and 25 iterations: below 3 % of the drop, as measured with another framework in motion."""
     assert report.models["sofa"].status == "capped"
@@ -81,6 +84,7 @@ def test_what_simulators_do_in_a_step_is_no_solution(report: softmark.Report) ->
     assert drop(report.models["sofa"]) < 0.03 * drop(report.models["plain"])
 
 
+@pytest.mark.slow
 def test_a_start_saves_steps_and_is_charged(report: softmark.Report) -> None:
     """From the coarse mesh 4 to 5 steps where rest needs 8; both end in the same state to the tolerance."""
     fine, plain = report.models["fine"], report.models["hex"]
@@ -92,6 +96,7 @@ def test_a_start_saves_steps_and_is_charged(report: softmark.Report) -> None:
     assert drop(fine) == pytest.approx(drop(plain), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_levers_are_fields_that_overrides_change() -> None:
     found = solved("", "plain.precision=single", "hex.cap=2", "sag.tolerance=1e-5")
     assert found.models["plain"].solve["criterion"].startswith("rounding")

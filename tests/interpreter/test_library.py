@@ -65,6 +65,7 @@ def test_the_curve_of_its_page_is_that_of_its_law(capsys: pytest.CaptureFixture[
     assert main(["list", "codes", "--library"]) == 2
 
 
+@pytest.mark.slow
 def test_the_list_of_the_library_needs_no_arrays() -> None:
     code = ("import sys; from softmark.interpreter.cli.main import main; main(['list', 'materials', '--library']); "
             "assert not {'numpy', 'scipy'} & set(sys.modules)")  # fmt: skip

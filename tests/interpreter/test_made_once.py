@@ -139,6 +139,7 @@ def test_the_forces_and_the_strains_of_a_beam_are_those_of_one_rod(scene: Path) 
     assert counted("run", str(scene), "--model", "rod")["rods"] == 1
 
 
+@pytest.mark.slow
 def test_a_comparison_compiles_each_variation_once(scene: Path) -> None:
     """Of two sweeps of two values, once more for the scene itself; workers compile in processes of their own."""
     scene.write_text(BEAM + STUDIES, encoding="utf-8")

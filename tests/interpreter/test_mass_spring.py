@@ -264,6 +264,7 @@ def test_a_fit_of_a_linear_answer() -> None:
     assert built.fit.factor == pytest.approx(np.sum(u1 * u1) / np.sum(u1 * r), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_report_says_what_was_fitted_and_judges_at_full_load() -> None:
     report = run(BEAM + "model net = mass_spring(stiffness = calibrated(eta), network = hex8, size = 20 mm)")
     fit = solve_facts(report)["fit"]
@@ -278,6 +279,7 @@ def test_the_report_says_what_was_fitted_and_judges_at_full_load() -> None:
     assert solve_facts(again)["fit"] == fit
 
 
+@pytest.mark.slow
 def test_a_fit_is_at_least_as_good_where_it_was_made() -> None:
     """At 50 % of gravity the fitted network is no worse than the factor 1, which is among the trials."""
     facts = solve_facts(run(BEAM + "model net = mass_spring(stiffness = calibrated(eta), size = 20 mm)"))

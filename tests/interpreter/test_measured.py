@@ -61,6 +61,7 @@ def test_the_calibrated_beam_is_within_a_millimetre_of_the_scan(
     assert data["finite_hex"]["metrics"]["relative"]["value"] == pytest.approx(0.046, abs=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["silicone-beam-calibrated"])
 def test_with_the_printed_modulus_it_is_six_millimetres_away(scene: str, needs_data: Callable[[str], None]) -> None:
     """60 kPa: 6.05 mm for the converged solid, 12.6 % (REFERENCES, 1.4); the skin here is a coarser one, to 5 %."""

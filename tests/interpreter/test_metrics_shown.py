@@ -36,6 +36,7 @@ metric eta_rod = energy_norm(axis, against = reissner)
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "sag", "others"), [(BEAM, True, ()), (AGAINST_MODEL, True, ("diff",))])
 def test_compare_shows_metrics_that_need_no_reference(
     text: str, sag: bool, others: tuple[str, ...], tmp_path: Path, parsed: Parsed,

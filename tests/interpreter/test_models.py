@@ -70,6 +70,7 @@ def test_hanging_bar_stretches_by_its_weight() -> None:
     assert tip(report, "solid")[0] == pytest.approx(exact, rel=1e-3)  # lumped exactly by linear shape functions along x
 
 
+@pytest.mark.slow
 def test_solid_beam_approaches_beam_theory_as_it_is_refined() -> None:
     text = "load p = traction(bar, where = x >= L, vector = (0, 0, -2.5) Pa)\n"
     cells = (2, 4, 6)  # across the section

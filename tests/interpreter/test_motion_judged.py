@@ -23,6 +23,7 @@ def run(text: str) -> softmark.Report:
     return softmark.loads(text).run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "integrator",
     ["trapezoidal", pytest.param("newmark", marks=pytest.mark.slow), pytest.param("midpoint", marks=pytest.mark.slow)],

@@ -64,6 +64,7 @@ model springs = mass_spring(size = 10 mm, network = hex8, stiffness = from_mater
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("integrator", ["implicit_euler", "generalized_alpha"])
 def test_what_comes_to_rest_rests_where_the_static_analysis_is(integrator: str) -> None:
     """At rest no step, mass or damping is left in the equations: the same state, to the tolerance of both."""

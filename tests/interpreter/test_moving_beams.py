@@ -72,6 +72,7 @@ def test_a_swing_in_three_dimensions_is_that_of_a_solid() -> None:
     assert value < 0.005
 
 
+@pytest.mark.slow
 def test_it_comes_to_rest_where_the_static_analysis_is() -> None:
     """Damped all but critically, to exp(-11) of the fall, 0.15 m: the same to 0.01 mm."""
     damped = ", damping_mass = 12 Hz, integrator = bdf2, tolerance = 1e-9"
@@ -81,6 +82,7 @@ def test_it_comes_to_rest_where_the_static_analysis_is() -> None:
     np.testing.assert_allclose(end.displacement, rest.displacement, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_free_bar_flies_on_and_turns_about_its_centre() -> None:
     """Thrown at 1 m/s and 5 rad/s: its centre moves on, its ends turn by 0.5 rad about it. At rest in the turning frame
     each would be w^2 rho L^3 / 24 E = 5 um farther out; let go at once they swing to twice that, and

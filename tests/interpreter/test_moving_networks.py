@@ -71,6 +71,7 @@ metric there = displacement(two, along = -z)
     assert here == pytest.approx(there, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_momenta_of_a_free_star() -> None:
     """Three arms that spin and bend, nothing holds them: by midpoint both momenta to rounding, energy to 1 %.
 
@@ -123,6 +124,7 @@ metric uz = displacement(tip, along = +z)
     return R.T @ np.array([model.metrics[f"u{c}"].value for c in "xyz"])
 
 
+@pytest.mark.slow
 def test_it_moves_alike_seen_from_another_side() -> None:
     """All of it turned: the frames of points are others, and the motion is the same, to 1e-6 of it."""
     a, b = 0.4, 1.3
@@ -134,6 +136,7 @@ def test_it_moves_alike_seen_from_another_side() -> None:
     np.testing.assert_allclose(_struck(R), plain, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_at_rest_it_is_as_stiff_as_at_rest() -> None:
     """The tangent in motion, about the axes of points, is that of statics: its kernels and numpy agree."""
     model = prepared(star(np.eye(3)) + """analysis fly = dynamic(duration = 0.1 s, step = 1 ms)

@@ -369,6 +369,7 @@ def test_its_stated_error_holds_the_true_one() -> None:
         assert stated.parts["model"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_scene_without_networks_imports_nothing_for_them() -> None:
     """A beam that is run loads words of models, as it does of all, and nothing that makes or solves networks."""
     scene = """material gel = linear_elastic(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -294,6 +294,7 @@ def test_given_levels_say_what_points_say() -> None:
     np.testing.assert_array_equal(where.given(levels, 1.0), where.holds(*X, 1.0))
 
 
+@pytest.mark.slow
 def test_a_border_along_the_surface_says_what_is_open() -> None:
     """1 nm beside the axis: rounding decides where it cuts the side, and the remainder says so."""
     mesh = ROD.mesh("tet4", 0.008)

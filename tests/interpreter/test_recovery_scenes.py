@@ -59,6 +59,7 @@ analysis rest   = static({})
 """
 
 
+@pytest.mark.slow
 def test_springs_at_rest_or_folded() -> None:
     """Springs do not know inside from outside: one that claims rest must be there, to 1e-6 of the 40 mm."""
     for kind in ("scrambled", "inverted"):

@@ -225,6 +225,7 @@ def test_loads_that_move_none_of_the_fields_are_told() -> None:
     assert "none of its fields" in str(result.message)
 
 
+@pytest.mark.slow
 def test_a_training_without_equilibrium_is_told() -> None:
     """St. Venant and Kirchhoff's law buckles under this end load in each part of the training that is tried."""
     text = BEAM.replace("neo_hookean", "st_venant_kirchhoff").replace("strain = corotational", "strain = finite")
@@ -269,6 +270,7 @@ def test_it_has_the_mesh_of_the_full_model_for_other_programs() -> None:
 # ------------------------------------------------------------------ motion
 
 
+@pytest.mark.slow
 def test_a_reduced_body_moves_as_the_full_one() -> None:
     """A load that grows over a period of the beam: the motion stays near states at rest, on which it was trained."""
     text = BEAM.replace("direction = -z)", "direction = -z, course = smooth(over = 100 ms))")
@@ -284,6 +286,7 @@ def test_a_reduced_body_moves_as_the_full_one() -> None:
     assert report.models["p"].time["step_s"] is not None
 
 
+@pytest.mark.slow
 def test_explicit_steps_take_the_unit_mass_of_the_space() -> None:
     """0.1 ms is below the critical step of the full mesh; both march the same equations."""
     text = BEAM.replace("energy_norm", "course_norm").replace("size = 10 mm", "size = 10 mm, mass = lumped")

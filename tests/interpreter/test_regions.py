@@ -220,6 +220,7 @@ def test_the_report_says_what_cells_have_of_each_part(tmp_path: Path) -> None:
     assert set(known["rear"]) == {"asked_m3", "taken_m3", "missed_m3", "beyond_m3"}
 
 
+@pytest.mark.slow
 def test_a_scene_without_regions_loads_none_of_this() -> None:
     scene = "\n".join(
         line for line in chain("hex8, strain = small, size = 5 mm").splitlines()
@@ -374,6 +375,7 @@ metric pull = force(right, along = +x)
 """
 
 
+@pytest.mark.slow
 def test_what_a_polygon_misses_of_a_core_is_not_stated_as_whole_cells_of_another_material() -> None:
     """A rod with a core that its mesh follows, stretched alike by 1/40: 0.36 x 2 kPa + 0.64 x 250 Pa = 880 Pa.
 

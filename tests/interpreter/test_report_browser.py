@@ -162,6 +162,7 @@ def shaped(usual: Report) -> Report:
     return replace(usual, models=models, references=references)
 
 
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [1280, 500])
 def test_shapes_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:

@@ -89,6 +89,7 @@ def watched(scenes: list[Path], *commands: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", [ROOT, pytest.param(ERRORS, marks=pytest.mark.slow)], ids=["library", "goldens"])
 def test_checking_and_planning_open_nothing_but_the_scene_its_folder_and_softmark(folder: Path) -> None:
     scenes = sorted(folder.rglob("*.scene"))

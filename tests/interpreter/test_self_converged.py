@@ -62,6 +62,7 @@ def test_a_power_law_is_extrapolated_exactly(sizes: tuple[float, ...], p: float)
     assert found.estimate == pytest.approx(max(1.25 * 4 * 0.1 * sizes[-1] ** p, hidden), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_slow_part_that_hides_behind_a_fast_one_is_in_the_estimate() -> None:
     """u = 1 + x + A f(x) h^p + B g(x) h^q, q of a clamped edge: at most 2 % of 400 draws are off by more than said.
 
@@ -218,6 +219,7 @@ def parabola(component: int, modulus: float) -> Field:
     return exact
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
 @pytest.mark.parametrize("methods", [("tet4", "hex8"), ("tet4", "selective"), ("tet4", "tet10")])
 def test_a_sheared_column(methods: tuple[str, str], poisson: float) -> None:
@@ -296,6 +298,7 @@ probe axis = line(bar, from = (0, 0, 0) mm, to = (30.4, 0, 0) mm, points = 9)
 ROUND_SIZES = "[7.6, 3.8, 2.5333] mm"  # radius / 2.5 and that by two and three: sections are similar
 
 
+@pytest.mark.slow
 def test_a_hanging_column_is_round() -> None:
     """nu = 0: u = (rho g / E) (L x - x^2 / 2) whatever the section, also one of straight sides. A ratio of 0.97."""
     found = truth_of(scene(ROUND.format(nu=0, direction="+x"), ("tet4", "selective"), ROUND_SIZES))
@@ -308,6 +311,7 @@ def test_a_hanging_column_is_round() -> None:
     assert ratio(found, exact) < 1.0
 
 
+@pytest.mark.slow
 def test_a_short_round_beam_is_that_of_another_method() -> None:
     """The tip sinks by 40.70 um, with 0.19 um: tet10 at 3.8, 2.533 and 1.9 mm (178272 unknowns) show an order of 1.54.
 
@@ -356,6 +360,7 @@ def report(text: str) -> softmark.Report:
     return softmark.loads(text).run()
 
 
+@pytest.mark.slow
 def test_metrics_carry_its_uncertainty(report: softmark.Report) -> None:
     known = report.references["truth"]
     metric = report.models["h8s"].metrics["off"]
@@ -364,6 +369,7 @@ def test_metrics_carry_its_uncertainty(report: softmark.Report) -> None:
     assert report.expectations[0].passed
 
 
+@pytest.mark.slow
 def test_the_report_says_what_it_is_worth(report: softmark.Report) -> None:
     known = report.references["truth"].to_json()
     assert (known["kind"], known["means"]) == ("own models", "extrapolated")

@@ -68,6 +68,7 @@ def test_truth_in_motion_is_that_of_an_oscillator() -> None:
     assert answer(cases.Course("sine", (2.0,))) == pytest.approx(forced, abs=2e-4)  # 100 pieces a swing
 
 
+@pytest.mark.slow
 def test_truth_is_that_of_scikit_fem() -> None:
     """On the same grid of hexahedra with 27 nodes, assembled by scikit-fem element by element: to rounding."""
     skfem = pytest.importorskip("skfem")

@@ -53,6 +53,7 @@ def benchmark() -> Any:
     return module
 
 
+@pytest.mark.slow
 def test_no_model_is_silent_about_an_error(benchmark: Any) -> None:
     """A case of the benchmark with all its models: a stated error is at least the true one, or there is a doubt."""
     rows = list(benchmark.outcomes(benchmark.Case("block", 0.3, 1.0), small=True))
@@ -126,6 +127,7 @@ def block(more: str, **values: str) -> Any:
     return run(scene.scene, list(scene.warnings), Options(draw=False, stated=()))
 
 
+@pytest.mark.slow
 def test_the_error_in_a_norm_of_strains_is_stated_in_it() -> None:
     """Strains of linear cells are of first order, displacements of second: an l2 norm is no bound of theirs."""
     report = block("""

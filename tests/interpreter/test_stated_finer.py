@@ -66,6 +66,7 @@ def test_they_hold_the_true_ones_and_shrink_with_the_mesh(element: str) -> None:
     assert fine < 0.6 * coarse
 
 
+@pytest.mark.slow
 def test_what_means_of_the_volume_leave_out_is_no_error_of_a_strain() -> None:
     """A tip that sinks by a 60th of the length: 8.3 % was stated for corotational strain, of cells alone.
 
@@ -75,6 +76,7 @@ def test_what_means_of_the_volume_leave_out_is_no_error_of_a_strain() -> None:
     assert 0.0 < report.models["m"].stated["eta"].parts["model"] < 0.002
 
 
+@pytest.mark.slow
 def test_the_displacement_of_a_point_has_one_in_metres() -> None:
     report = asked("model m = fem(tet4, strain = corotational, size = 5 mm)")
     said, model = report.models["m"].stated["sag"], report.models["m"]
@@ -83,6 +85,7 @@ def test_the_displacement_of_a_point_has_one_in_metres() -> None:
     assert off <= said.value <= 4.0 * off
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("element", "poisson"), [("hex8", 0.49), ("tet4", 0.499)])
 def test_elements_that_lock_have_one_that_holds_or_none(element: str, poisson: float) -> None:
     """Of hexahedra at 0.49, 49 % off, 122 % would be stated: more than all that moves, which is none."""
@@ -114,6 +117,7 @@ def test_a_mesh_from_a_file_has_one(kind: str, tmp_path: Path, monkeypatch: pyte
     assert 1.0 <= ratio(report, "m") <= 4.0
 
 
+@pytest.mark.slow
 def test_a_cylinder_of_hexahedra_states_what_its_flat_facets_miss() -> None:
     """10 % of the volume is missing at two cells across: finer cells have their nodes on the cylinder."""
     scene = softmark.loads("""
@@ -188,6 +192,7 @@ def test_the_step_that_would_come_next_is_known_from_the_last_factor() -> None:
     assert np.abs(left).max() < 1e-6 * np.abs(report.models["hex"].mesh.displacement).max()
 
 
+@pytest.mark.slow
 def test_a_finer_space_is_solved_in_what_bends_too() -> None:
     """nu = 0.499: after one step, whose energy is that of volumes, 2.3 % was stated for a true 6.8 %."""
     model = "model m = fem(hex8, integration = selective, strain = corotational, size = 5 mm)"

@@ -86,6 +86,7 @@ def test_a_comparison_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[
     assert found["scenes"][0]["title"] == "A rod and its segments"
 
 
+@pytest.mark.slow
 def test_a_model_is_timed_once_the_second_time_from_the_journal(file: Path) -> None:
     arguments = ("beam.scene", "--vary", "n=4", "--model", "rod", "--repeats", "1")
     found = compared(*arguments)
@@ -104,6 +105,7 @@ def test_json_on_standard_output_is_alone_there(file: Path, capsys: pytest.Captu
     assert all(p["cost"] is None for p in found["points"])
 
 
+@pytest.mark.slow
 def test_two_scenes_in_one_comparison(file: Path) -> None:
     Path("other.scene").write_text(BEAM.replace("L      = 178 mm", "L      = 200 mm"), encoding="utf-8")
     found = compared("beam.scene", "other.scene", "--repeats", "0", "--model", "stiff", "--out", "both")
@@ -112,6 +114,7 @@ def test_two_scenes_in_one_comparison(file: Path) -> None:
     assert found["points"][0]["key"] != found["points"][1]["key"]
 
 
+@pytest.mark.slow
 def test_what_has_changed_between_two_results(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for n, name in (("4", "a"), ("5", "b")):
         assert main(["compare", "beam.scene", "-p", f"gel.young={n}0kPa", "--vary", "n=4", "--repeats", "0",
@@ -128,12 +131,14 @@ def test_what_has_changed_between_two_results(file: Path, capsys: pytest.Capture
 # ------------------------------------------------------------------ what goes wrong
 
 
+@pytest.mark.slow
 def test_a_variation_in_error_is_a_failed_point_and_status_3(file: Path) -> None:
     found = compared("beam.scene", "--vary", "L=100mm,200mm", "--model", "rod", "--repeats", "0", status=3)
     assert [p["status"] for p in found["points"]] == ["failed", "converged"]
     assert found["points"][0]["message"].startswith("E504: `axis` looks at")
 
 
+@pytest.mark.slow
 def test_a_reference_that_fails_is_status_3(file: Path) -> None:
     Path("scan.obj").write_text("nothing of a surface\n", encoding="utf-8")
     text = BEAM + 'reference scan = surface("scan.obj", unit = 1 mm, uncertainty = 0.1 mm)\n'
@@ -166,6 +171,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
     assert [p["status"] for p in found["points"]] == ["converged", "converged"]
 
 
+@pytest.mark.slow
 def test_a_folder_with_finished_tasks_is_refused_unless_told(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["compare", "beam.scene", "--vary", "n=4,5", "--model", "rod", "--repeats", "0"]
     assert main(arguments) == 0
@@ -183,6 +189,7 @@ def test_a_folder_with_finished_tasks_is_refused_unless_told(file: Path, capsys:
     assert [e["outcome"]["wall_s"] for e in renewed] != [e["outcome"]["wall_s"] for e in first]
 
 
+@pytest.mark.slow
 def test_an_unfinished_journal_is_gone_on_with(file: Path) -> None:
     """The first three of four values are there; the fourth is added, and the order is that of the request."""
     compared("beam.scene", "--vary", "n=4,5,6", "--model", "rod", "--repeats", "0")
@@ -240,6 +247,7 @@ def test_a_cluster_that_does_not_answer(
 # ------------------------------------------------------------------ from Python
 
 
+@pytest.mark.slow
 def test_the_same_from_python(file: Path) -> None:
     scene = softmark.load(file)
     found = softmark.compare(scene, vary={"n": ["4", "8"]}, models=["rod"], repeats=0)
@@ -250,6 +258,7 @@ def test_the_same_from_python(file: Path) -> None:
     assert sorted(p.name for p in file.parent.iterdir()) == ["beam.scene"]
 
 
+@pytest.mark.slow
 def test_python_keeps_a_folder_that_is_named(file: Path) -> None:
     softmark.compare(file, vary={"n": "4"}, models=["rod"], repeats=0, folder="kept")
     assert len(journal("kept")) == 1

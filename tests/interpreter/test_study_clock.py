@@ -64,6 +64,7 @@ def busy(core: int) -> Iterator[None]:
         process.communicate()
 
 
+@pytest.mark.slow
 def test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own() -> None:
     records: list[dict[str, Any]] = []
     costs = timings([job("a"), job("b", "rod.segments=6")], repeats=2, extra=0, keep=records.append, phases=False)
@@ -84,6 +85,7 @@ def test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own() -> None:
         assert json.loads(json.dumps(cost, allow_nan=False)) == cost
 
 
+@pytest.mark.slow
 @LINUX
 def test_all_runs_are_on_one_processor_and_the_parent_keeps_off_it() -> None:
     allowed, seen = os.sched_getaffinity(0), []
@@ -101,6 +103,7 @@ def test_all_runs_are_on_one_processor_and_the_parent_keeps_off_it() -> None:
     assert os.sched_getaffinity(0) == allowed
 
 
+@pytest.mark.slow
 def test_what_is_done_already_is_not_done_again() -> None:
     first: list[dict[str, Any]] = []
     timings([job("a")], repeats=1, extra=0, keep=first.append)
@@ -114,6 +117,7 @@ def test_what_is_done_already_is_not_done_again() -> None:
     assert len(more) == 1
 
 
+@pytest.mark.slow
 @LINUX
 def test_a_run_beside_a_busy_loop_is_flagged() -> None:
     core = max(os.sched_getaffinity(0))
@@ -167,6 +171,7 @@ def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, An
 # ------------------------------------------------------------------ what fails
 
 
+@pytest.mark.slow
 def test_what_does_not_converge_is_run_once_and_says_so() -> None:
     records: list[dict[str, Any]] = []
     costs = timings([job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append)
@@ -299,6 +304,7 @@ def test_every_name_in_the_tables_is_there() -> None:
             assert any(o.__module__.startswith(prefix) for o in owners), (prefix, method)
 
 
+@pytest.mark.slow
 def test_phases_of_a_solid_are_mostly_tangents_and_factors() -> None:
     record = one_run(job("a", model="cells"), [], "phases")
     assert record["status"] == "converged", record

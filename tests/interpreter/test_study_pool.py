@@ -137,6 +137,7 @@ def test_workers_that_do_not_start() -> None:
 # ------------------------------------------------------------------ real workers
 
 
+@pytest.mark.slow
 def test_one_worker_and_two_find_the_same_as_this_process() -> None:
     """Bit for bit: the same code, one thread each."""
     given = beam_tasks("n=4,5,6,7,8")
@@ -150,6 +151,7 @@ def test_one_worker_and_two_find_the_same_as_this_process() -> None:
     assert [here[t.key].point["status"] for t in given] == ["converged"] * 5
 
 
+@pytest.mark.slow
 def test_a_killed_worker_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kill it when it has the second task, which is far too long to finish."""
     given = beam_tasks("n=4,100000,5")
@@ -258,6 +260,7 @@ def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
         list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
 
 
+@pytest.mark.slow
 def test_a_cluster_finds_the_same() -> None:
     """A scheduler and a worker process on this machine, found by their address as any other."""
     distributed = pytest.importorskip("distributed")

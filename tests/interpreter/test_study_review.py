@@ -54,6 +54,7 @@ def compared(*arguments: str) -> dict[str, Any]:
 # ------------------------------------------------------------------ problems
 
 
+@pytest.mark.slow
 def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A stiffer beam sags less: its errors are against another theory, and what is quick there is no choice here."""
     found = compared("beam.scene", "--vary", "E=30kPa,120kPa")
@@ -77,6 +78,7 @@ def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, caps
     assert "changes with <code>E</code>" in page(Compared.from_json(found))
 
 
+@pytest.mark.slow
 def test_what_only_refines_is_one_problem(file: Path) -> None:
     for vary in ("n=3,6", "sag.tolerance=1e-4,1e-9"):
         found = compared("beam.scene", "--vary", vary)
@@ -84,6 +86,7 @@ def test_what_only_refines_is_one_problem(file: Path) -> None:
         assert all(p["problem"] == {} for p in found["points"])
 
 
+@pytest.mark.slow
 def test_a_model_that_is_measured_against_is_a_truth_too(file: Path) -> None:
     """rod is measured from stiff alone; with its segments, what `rod` is measured from changes."""
     file.write_text(BEAM.replace("against = theory", "against = stiff"), encoding="utf-8")
@@ -133,6 +136,7 @@ def test_no_distance_between_shapes_that_were_computed_at_different_values() -> 
 # ------------------------------------------------------------------ what is said
 
 
+@pytest.mark.slow
 def test_labels_leave_out_the_name_of_the_own_model(file: Path) -> None:
     found = compared("beam.scene", "--vary", "rod.segments=3,6", "--model", "rod")
     assert [p["label"] for p in found["points"]] == ["rod, segments = 3", "rod, segments = 6"]
@@ -180,6 +184,7 @@ def test_remarks_stand_with_the_advice() -> None:
     assert advice.caveats[0].startswith("It was trained on `full` in this very state")
 
 
+@pytest.mark.slow
 def test_warnings_belong_to_the_models_that_they_are_about(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Each in a line as the command begins, and with the configurations of its model."""
     coarse = "model    tet    = fem(tet4, strain = small, size = 30 mm)\n"
@@ -194,6 +199,7 @@ def test_warnings_belong_to_the_models_that_they_are_about(file: Path, capsys: p
     assert "= help" not in said
 
 
+@pytest.mark.slow
 def test_scenes_of_one_title_are_told_apart(file: Path) -> None:
     Path("other").mkdir()
     for place in ("beam.scene", "other/beam.scene"):

@@ -233,6 +233,7 @@ def test_borders_that_meshes_can_meet(shape: str, where: str, cuts: list[tuple[s
     assert [(c.axis, pytest.approx(1e3 * c.at)) for c in found] == cuts
 
 
+@pytest.mark.slow
 def test_scenes_of_the_library_get_the_meshes_that_they_had() -> None:
     """Their supports lie on the grid as it is: nothing is asked of it, but by parts of other materials."""
     some = {"press", "pinch", "pin-on-a-membrane"}  # which hold a part of a face, a middle, a rim

@@ -27,6 +27,7 @@ def run(text: str, shape: str = ROUND, wall: str = "<= 0") -> softmark.Report:
     return softmark.loads(BODY.format(shape=shape, wall=wall) + text).run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "wall"),
     [
@@ -113,6 +114,7 @@ def span(T: float, h: float, d: float, EA: float, GA: float, EI: float) -> tuple
     return float(y[2]), y[:2]
 
 
+@pytest.mark.slow
 def test_between_guides_a_tendon_is_straight() -> None:
     """Six discs on a rod that would be bent by half a turn, guided all along: every span is the same, shot by itself.
 

@@ -131,6 +131,7 @@ metric there = displacement(end, along = +y)""")
     assert np.allclose(seen.displacement, [[-0.02, 0.02, 0.0]], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_turn_that_cells_cannot_follow_is_no_answer() -> None:
     """A whole turn of two coarse cells between clamps: a step that springs back to no twist at all is not taken."""
     text = BODY.format(

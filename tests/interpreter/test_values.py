@@ -136,6 +136,7 @@ def test_a_stated_error_is_that_of_the_number() -> None:
     assert math.isclose(sum(part or 0.0 for part in held.parts.values()), held.value, rel_tol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_scene_without_values_imports_nothing_of_them() -> None:
     assert not {m for m in loaded_by(ROD) if m.endswith("front.values")}
 

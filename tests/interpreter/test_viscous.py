@@ -99,6 +99,7 @@ metric   off   = curve_error(pull, against = rig)
     assert own.metrics["off"].value < 2e-3  # chords of the 20 times
 
 
+@pytest.mark.slow
 def test_a_time_is_the_same_from_the_one_before_and_from_the_start() -> None:
     every = report(GEL + BAR + TIMED).models["cubes"]
     last = report(GEL + BAR + TIMED.replace("[1, 2, 4]", "[4]")).models["cubes"]
@@ -106,6 +107,7 @@ def test_a_time_is_the_same_from_the_one_before_and_from_the_start() -> None:
         assert every.metrics[metric].value == pytest.approx(last.metrics[metric].value, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_elastic_bodies_load_nothing_of_what_remembers() -> None:
     text = ELASTIC + BAR.replace(", course = ramp(over = 2 s)", "").replace("metric   heat  = dissipation(bar)\n", "")
     words = (
@@ -220,6 +222,7 @@ def test_the_theory_of_what_relaxes_is_refused_where_no_share_does() -> None:
     assert codes(linear("0", "1") + MOVED.replace(", course = COURSE", "") + timed) == ["E503"]
 
 
+@pytest.mark.slow
 def test_energy_of_a_law_that_is_not_convex_is_said_to_be_unknown_in_a_motion() -> None:
     """The wrong example of W368, without inertia to speak of."""
     text = """

@@ -132,6 +132,7 @@ def test_where_shape_alone_relaxes_stretch_and_twist_go_apart() -> None:
     assert last / first == pytest.approx((9.0 * 2.0 * 0.5 / 6.5) / (9.0 * 2.0 / 7.0), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "integrator",
     ["trapezoidal", *(pytest.param(name, marks=pytest.mark.slow) for name in ("midpoint", "bdf2"))],
@@ -176,6 +177,7 @@ metric   far  = displacement(end, along = +x)
     assert off[1] < 0.3 * off[0]
 
 
+@pytest.mark.slow
 def test_what_is_swung_about_loses_what_its_springs_lose() -> None:
     """A cantilever that a force bends far and lets go: the balance of energies closes, and heat never comes back."""
     text = (

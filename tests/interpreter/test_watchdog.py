@@ -75,6 +75,7 @@ def test_every_model_is_checked_again_by_other_formulas() -> None:
         assert checks.get("inverted", 0) == 0
 
 
+@pytest.mark.slow
 def test_loads_on_surfaces_and_imposed_motion_are_checked() -> None:
     report = softmark.loads("""
 material gel = st_venant_kirchhoff(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -103,6 +104,7 @@ def with_pressures(poisson: str) -> str:
     return BEAM.replace("poisson = 0.3", f"poisson = {poisson}") + "".join(known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poisson", ["0.3", pytest.param("0.499999", marks=pytest.mark.slow), "0.5"])
 def test_solids_with_pressures_are_checked_again(poisson: str) -> None:
     report = softmark.loads(with_pressures(poisson)).run()

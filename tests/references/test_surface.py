@@ -194,6 +194,7 @@ def test_clamp_refuses_what_it_cannot_know(tmp_path: Path) -> None:
         scan.load(held=tube(lambda p: p))
 
 
+@pytest.mark.slow
 def test_icp_hides_what_looks_like_a_motion(tmp_path: Path) -> None:
     points, triangles = tube(sagged)
     motion = Rigid(turn(np.array([0.0, 0.05, 0.0])), np.array([2e-3, 0, 0]))
@@ -275,6 +276,7 @@ def test_the_beam_is_as_thick_as_it_should_be(measured_data: Path) -> None:
     assert every.mean(axis=1) == pytest.approx(points[1:36], abs=2e-6)
 
 
+@pytest.mark.slow
 def test_two_reconstructions_of_one_scan_agree_to_half_a_millimetre(measured_data: Path) -> None:
     # The raw marching cubes, 4.94 mm a unit, registered as a rigid body onto the fitted surface: the centres of
     # their sections agree to 0.6 mm beyond s = 30 mm, which is the uncertainty of the experiment. Near the

@@ -34,6 +34,7 @@ unit = st.floats(-1.0, 1.0, width=32)
 point = st.tuples(unit, unit, unit)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(point, st.tuples(point, point, point))
 def test_closest_point_of_a_triangle_against_another_method(p: tuple, corners: tuple) -> None:

@@ -159,6 +159,7 @@ def test_the_chain_on_a_beam_that_is_bent_along_a_known_arc() -> None:
     assert found.uncertainty < 0.25 * BAR
 
 
+@pytest.mark.slow
 def test_more_noise_and_coarser_voxels_make_more_error() -> None:
     pytest.importorskip("skimage", reason="needs the extra `imaging`")
     ball = trimesh.creation.icosphere(4, 0.012)

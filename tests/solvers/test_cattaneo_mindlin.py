@@ -116,7 +116,7 @@ def test_the_stick_radius_of_cattaneo_and_mindlin() -> None:
     Of linear elasticity, pressed without friction first, as the theory has it: shear by pressing is left out, and the
     border is where nodes end, 0.28 mm apart in a circle of 2.4 mm, which is what the tolerance is for.
     """
-    states = sheared(0.28e-3, [0.02e-3, 0.05e-3, 0.11e-3, 0.18e-3, 0.25e-3, 0.4e-3])
+    states = sheared(0.28e-3, [0.05e-3, 0.18e-3, 0.4e-3])
     for P, Q, stick, lost in states[:-1]:
         a = (0.75 * P * R * (1.0 - NU**2) / E) ** (1.0 / 3.0)
         assert stick == pytest.approx(a * (1.0 - Q / (MU * P)) ** (1.0 / 3.0), rel=0.03)

@@ -46,6 +46,7 @@ def exact() -> np.ndarray:
     return found.y[:2, -1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", IMPLICIT)
 def test_what_is_stiff_does_not_brake_what_is_slow(name: str, exact: np.ndarray, spring: type[Any]) -> None:
     """To 1e-3 of the length where the rod pulls along the mean state or as it is at the end of a step of 5 ms.
@@ -80,6 +81,7 @@ MEAN = "hex8, formulation = mean_dilatation"
 SELECTIVE = "hex8, integration = selective"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cells", "name", "overshoot"),
     [

@@ -116,6 +116,7 @@ def test_energy_of_a_linear_vibration(oscillators: Oscillators) -> None:
     assert np.abs(energies["drift"]).max() <= h**2 / 4 + 1e-12
 
 
+@pytest.mark.slow
 def test_work_of_a_step_load(states: States, quadratic: type[Any]) -> None:
     """A constant force f on a spring k at rest: x = f/k (1 - cos wt), load work f x, in balance at each time."""
     load = DeadForces(np.array([3.0]))
@@ -199,6 +200,7 @@ def test_trapezoidal_rule_keeps_angular_momentum_to_second_order(dumbbell: Calla
 # ------------------------------------------------------------------ damping, supports, loads in time
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["trapezoidal", "midpoint", "bdf2", "generalized_alpha", "central_differences"])
 def test_rayleigh_damping_ratio(name: str, oscillators: Oscillators, states: States) -> None:
     """x = e^(-z w t) (cos wd t + z w/wd sin wd t), z = alpha/(2w) + beta w/2.
@@ -238,6 +240,7 @@ def test_a_support_that_moves(name: str, states: States, quadratic: type[Any], s
         np.testing.assert_allclose(path.energies["drift"], 0.0, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

@@ -83,6 +83,7 @@ def test_trajectories_are_those_of_newton(name: str, mesh: Mesh) -> None:
     np.testing.assert_allclose(path.energies["strain"], judge.energies["strain"], rtol=1e-4, atol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["implicit_euler", "generalized_alpha", "midpoint"])
 def test_with_damping_moving_supports_and_courses_of_loads(
     name: str, mesh: Mesh, sampled: Callable[..., Course]

@@ -206,6 +206,7 @@ def test_scrambled_cubes_return(seeds: range, law: Maker, elastic: Energies, pro
         assert np.abs(found.x).max() < 1e-8, seed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [3, pytest.param(10, marks=pytest.mark.slow)])
 def test_a_tangled_minimum_is_refused(count: int, law: Maker, elastic: Energies, problem: Problems) -> None:
     """Near incompressibility the energy has true minima with inverted cells: never returned as equilibria."""

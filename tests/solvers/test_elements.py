@@ -301,6 +301,7 @@ def test_points_outside_are_given_to_the_nearest_cell() -> None:
     np.testing.assert_allclose(place.interpolate(linear(mesh.points)), linear(X), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_points_on_faces_edges_and_corners_have_the_values_that_any_cell_there_gives() -> None:
     """Against a search through all cells, of a continuous field: on a face either cell may answer; and outside."""
     mesh = Cylinder(0.06, 0.019).mesh("tet4", 0.008)

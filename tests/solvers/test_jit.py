@@ -69,6 +69,7 @@ def ask(folder: Path, **environment: str | None) -> list[str]:
     return run.stdout.split()
 
 
+@pytest.mark.slow
 def test_an_edited_callee_is_never_answered_from_the_cache(package: Path) -> None:
     """numba itself looks at the file of the kernel that is called, not at those of the ones it calls."""
     assert ask(package) == ["6.0", "False", "True", "0"]
@@ -90,6 +91,7 @@ def test_without_a_writable_cache_kernels_live_in_memory(package: Path) -> None:
     assert blocked.read_bytes() == b""
 
 
+@pytest.mark.slow
 def test_without_a_home_nothing_is_written_where_one_happens_to_be(package: Path) -> None:
     """expanduser leaves "~" alone for a user that nobody knows; here by a variable that says so."""
     before = sorted(package.parent.iterdir())
@@ -116,6 +118,7 @@ def spoilt(data: bytes, how: str) -> bytes:
 WAYS = ["cut off", pytest.param("empty", marks=SLOW), "one bit", pytest.param("longer", marks=SLOW)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", WAYS)
 def test_a_kernel_that_was_spoilt_is_compiled_anew(package: Path, how: str) -> None:
     """numba alone ends with an error of pickle at some of these, and runs what is left at others."""
@@ -128,6 +131,7 @@ def test_a_kernel_that_was_spoilt_is_compiled_anew(package: Path, how: str) -> N
     assert all(spoilt(file.read_bytes(), how) != file.read_bytes() for file in files)  # kept again, whole
 
 
+@pytest.mark.slow
 def test_a_kernel_under_the_name_of_another_is_not_taken(package: Path) -> None:
     ask(package)
     one, other = kept(package)
@@ -137,6 +141,7 @@ def test_a_kernel_under_the_name_of_another_is_not_taken(package: Path) -> None:
     assert ask(package) == ["6.0", "True", "True", "0"]
 
 
+@pytest.mark.slow
 def test_a_folder_in_the_place_of_a_kernel_is_done_without(package: Path) -> None:
     ask(package)
     for file in kept(package):
@@ -179,6 +184,7 @@ def test_types_that_are_compiled_at_once_do_not_take_each_others_place(package: 
     assert len(kept(package)) == 2 * len(arguments)
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_keeps_no_kernel_and_stops_nothing(package: Path) -> None:
     """A limit on the size of files fails where a full disk does."""
     limited = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
@@ -217,6 +223,7 @@ file.write_text(old)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "old", "new", "answer"),
     [
@@ -246,6 +253,7 @@ def f(x):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("named", [pytest.param(False, marks=SLOW), True])
 def test_a_kernel_elsewhere_whose_constant_is_edited(package: Path, named: bool) -> None:
     """Its file is not among the sources, and its operations stay the same: a script of somebody else's."""

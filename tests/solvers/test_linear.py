@@ -131,6 +131,7 @@ def test_a_pattern_is_analysed_once(analyses: list[int], law: Maker) -> None:
     assert plans.plan_of(chain(K.shape[0])) is not plan
 
 
+@pytest.mark.slow
 def test_what_is_known_of_a_pattern_goes_with_it() -> None:
     gc.collect()
     before = len(plans._KNOWN)

@@ -102,6 +102,7 @@ def test_damping_keeps_the_second_order(swinging: Oscillators, states: States) -
     assert orders == pytest.approx([2.0, 2.0], abs=TOLERANCE)
 
 
+@pytest.mark.slow
 def test_bdf2_keeps_its_order_over_unequal_steps(swinging: Oscillators, exact: np.ndarray, states: States) -> None:
     """Steps halved in the middle of the way by a condition of soundness: still second order, within 0.2.
 

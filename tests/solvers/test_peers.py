@@ -103,6 +103,7 @@ def test_linear_elasticity_against_scikit_fem(mesh: Mesh) -> None:
     assert_same(mesh, ours(mesh, "linear_elastic", "small"), solution[basis.nodal_dofs].T)
 
 
+@pytest.mark.slow
 def test_neo_hookean_logarithmic_against_felupe(mesh: Mesh) -> None:
     import felupe
 
@@ -111,6 +112,7 @@ def test_neo_hookean_logarithmic_against_felupe(mesh: Mesh) -> None:
     assert_same(mesh, ours(mesh, "neo_hookean", "finite"), theirs)
 
 
+@pytest.mark.slow
 def test_neo_hookean_isochoric_against_felupe(mesh: Mesh) -> None:
     import felupe
 

@@ -137,6 +137,7 @@ def test_the_whole_surface_is_closed_and_of_its_area(name: str) -> None:
         assert looks[0] == pytest.approx(2.0 * section, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_band_of_a_cone_is_a_frustum() -> None:
     """Between two sections of a cone along x; and the same on a mesh, to what its facets miss."""
     cone = Cone(0.03, 0.02, 0.01)

@@ -141,6 +141,7 @@ def test_selective_hexahedra() -> None:
         assert away(end.x, mesh) < NEAR
 
 
+@pytest.mark.slow
 def test_st_venant_kirchhoff_finds_back_or_names_its_inverted_cells() -> None:
     """Its energy of a reflected cell is that of rest, zero: where it ends there it must not call that rest."""
     for disturbance in DISTURBANCES:
@@ -149,6 +150,7 @@ def test_st_venant_kirchhoff_finds_back_or_names_its_inverted_cells() -> None:
             assert "inside out" in said or "more energy" in said or away(end, block("tet4")) < NEAR
 
 
+@pytest.mark.slow
 def test_springs_say_that_they_are_folded() -> None:
     """A network that is mirrored at its clamped end is at rest and inside out: no spring is stretched."""
     mesh, elastic = block("tet4"), cells("tet4", "neo_hookean")

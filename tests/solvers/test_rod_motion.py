@@ -303,6 +303,7 @@ def exactly() -> tuple[np.ndarray, np.ndarray]:
 QUICK = ("midpoint",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in INTEGRATORS])
 def test_order_in_time_of_loads_and_supports_that_turn(name: str, exactly: tuple[np.ndarray, np.ndarray]) -> None:
     """As without them; their work goes into the balance of energies, which closes better than in proportion to the

@@ -171,6 +171,7 @@ def test_the_tangent_in_motion_is_the_derivative_of_the_forces(made: Made, movin
 QUICK = ("midpoint",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in INTEGRATORS])
 def test_a_free_rod_is_not_moved_by_its_tendon(name: str) -> None:
     """Pulled at once it bends, twists and vibrates: momentum stays nothing by every integrator, angular momentum by

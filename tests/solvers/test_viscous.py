@@ -303,6 +303,7 @@ def zener_mass(t: float) -> float:
         top(r) / (r * below.deriv()(r)) * np.exp(r * t) for r in below.roots))).real)  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_a_mass_on_zeners_spring_in_every_integrator(integrator: str) -> None:
     exact = zener_mass(0.25)

@@ -13,7 +13,7 @@ from softmark.interpreter.results.loads import vector
 from softmark.interpreter.results.reactions import AtRest, Friction, Reaction, Touch
 from softmark.records import dataclass
 from softmark.solvers.dynamics.pressed import Surface, in_time
-from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.energy import Floats
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case

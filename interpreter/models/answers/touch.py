@@ -71,7 +71,6 @@ def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> 
     g = np.full(len(X), np.inf)
     there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
     g[contact.nodes] = contact.body.gap(there * (1.0, 1.0, 0.0) if contact.flat else there)
-    f, alike = contact.presses(u, len(X)), _alike(X) if case.planar else None
     own = pressed(case, contact, X, x, contact.presses(u, len(X)), g)
     on, whole = push > 0.0, float(push.sum())
     left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0

@@ -15,6 +15,7 @@ from softmark.interpreter.models.shared.holding import Held, held_of, left_free,
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.energies.ground import Ground
+from softmark.solvers.statics.grounded import GONE
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.touching import Touching
@@ -32,12 +33,10 @@ class Loose:
     held: Held
     spring: Ground
 
-    def kept(
-        self, declared: Declared, known: Mapping[str, Any], contacts: Mapping[str, Touching], u: Floats
-    ) -> tuple[Diagnostic, str]:
-        """What holds it in a state u (3 n,), m, and what the spring, `known` of it, bears; what it is free to do still.
+    def kept(self, declared: Declared, contacts: Mapping[str, Touching], u: Floats) -> tuple[Diagnostic, str]:
+        """What holds it in a state u (3 n,), m, without numbers of that state: several of which it is true are named.
 
-        The latter in words, or nothing where it is held.
+        What it is free to do still, in words, or nothing where it is held.
         """
         case = self.held.case
         pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u))}
@@ -49,8 +48,7 @@ class Loose:
         stays = f"; free to {adrift} still, it stays where it was" if adrift else ""
         remedy = "a spring keeps it where it is; what is to hold it must come nearer"
         if by:
-            part = f"{known['bears']:.1g} of the forces" if known["bears"] else "nothing"
-            remedy = f"a spring kept it on the way, at {known['places']} places in turn, and bears {part} now{stays}"
+            remedy = f"a spring kept it on the way, and bears less than {GONE:.0e} of the forces now{stays}"
         label = "held by what it touches" if by else "held by nothing"
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 

@@ -13,6 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared import outside
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case, Fault, Touch
@@ -29,8 +30,8 @@ from softmark.solvers.dynamics.march import march
 from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
-from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
-from softmark.solvers.energies.energy import Energy, Floats, Lagging
+from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
+from softmark.solvers.energies.energy import Energy, Floats, Lagging, Wandering
 from softmark.solvers.mesh.interpolation import locate
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
 FRAMES = 40  # of the mesh that are kept for other programs
+LOOKED = 10  # of them in which faces that pass through each other are looked for, by a test that takes long
 MOMENTS = 200  # of the energies that a report keeps
 BOUNCES = 50  # impacts that a report keeps
 KEEPS = "trapezoidal"  # the integrator that takes least energy
@@ -66,8 +68,9 @@ class PreparedMotion:
 
     @property
     def rubbing(self) -> tuple[str, ...]:
-        """Those with friction."""
-        return () if self.case is None else tuple(t.name for t in self.case.contacts if t.thing.friction)
+        """Those with friction, and after them pairs that have it."""
+        meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
+        return tuple(touch.name for touch in meet if touch.thing.friction)
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -118,9 +121,11 @@ class PreparedMotion:
             message = f"{refused}; take a smaller step or an implicit integrator"
             return Solution("failed", message, {"critical_step_s": refused.critical})
         except Diverged as gained:
-            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory))
+            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory, self.problem.tolerance))
         except MotionNotConverged as failure:
-            return Solution("not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory))
+            return Solution(
+                "not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory, self.problem.tolerance)
+            )
         return self._finish(track, every)
 
     def _resolution(self) -> Resolution | None:
@@ -152,18 +157,20 @@ class PreparedMotion:
         missed = int((~track.solved).sum())
         message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
         found = self._resolution()
+        facts = (
+            _facts(track, self.problem.tolerance)
+            | _rubbed(track, self.rubbing)
+            | self._mesh_facts()
+            | self._crossings(shown["mesh"])
+        )
         notes = (
             *_events(self.declared, track),
+            *outside.passing(self.declared, facts),
             *_unbalanced(self.declared, self.analysis, track),
             *_came_back(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
         )
-        facts = (
-            _facts(track)
-            | _rubbed(track, self.rubbing)
-            | self._mesh_facts()
-            | ({} if found is None else {"resolution": found.facts})
-        )
+        facts |= {} if found is None else {"resolution": found.facts}
         status: Status = "capped" if missed else "converged"
         return Solution(status, message, facts, notes=notes, history=history, followed=self._followed(track), **shown)
 
@@ -195,6 +202,14 @@ class PreparedMotion:
         some = picked(len(times), FRAMES)
         mesh = Deformed(body, nodes[-1], times[some], nodes[some])
         return {"course": course, "displacement": displacement_of(body, nodes[-1]), "mesh": mesh}
+
+    def _crossings(self, mesh: Any) -> dict[str, Any]:
+        """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
+        if not self.problem.meets:
+            return {}
+        static: Any = self.static  # of finite elements: nothing else has such contacts
+        known = [outside.crossings(static.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
+        return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
     def _mesh_facts(self) -> dict[str, Any]:
         return {} if self.mesh is None else mesh_facts(self.mesh)
@@ -236,12 +251,13 @@ class _Row:
     x: Floats | None
 
 
-def _facts(track: Trajectory) -> dict[str, Any]:
-    """The `solve` part of a report."""
+def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
+    """The `solve` part of a report; of steps that rounding ended, as of a body on which no force acts, none is left."""
+    left = np.where(track.solved, np.minimum(track.residuals, tolerance), track.residuals)
     facts: dict[str, Any] = {
         "iterations": int(track.iterations.sum()),
         "steps": len(track.steps),
-        "residual": float(track.residuals.max()) if len(track.residuals) else None,
+        "residual": float(left.max()) if len(left) else None,
         "lagged": int(track.lagged.sum()),
         "fallbacks": int(track.fallbacks),
         "unsolved": int((~track.solved).sum()),
@@ -255,6 +271,8 @@ def _facts(track: Trajectory) -> dict[str, Any]:
         facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
         facts["energy"] = track.balance.facts
         facts["drift_J"] = float(track.energies["drift"][-1])
+    if track.touched is not None:
+        facts["momentum"] = _momentum(track.touched)
     if track.impacts is not None:
         facts["impacts"] = [
             {"begin_s": b.begin, "end_s": b.end, "before_m_s": b.before.tolist(), "after_m_s": b.after.tolist(),
@@ -262,6 +280,19 @@ def _facts(track: Trajectory) -> dict[str, Any]:
             for b in track.impacts[:BOUNCES]
         ]  # fmt: skip
     return facts
+
+
+def _momentum(touched: Touched) -> dict[str, Any]:
+    """The balance of momentum of the body that deforms, N s: what it has gained, and what has given it that.
+
+    `off` is what is missing, relative to the largest of them: solvers leave as much, bdf2 and generalised-alpha, whose
+    steps reach back, that of a step.
+    """
+    each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
+    missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
+    most = max(float(np.linalg.norm(one)) for one in (touched.change, *touched.impulses))
+    told = {"change_Ns": touched.change.tolist()} | {name: one.tolist() for name, one in each.items()}
+    return told | {"off": missing / most if most else 0.0}
 
 
 def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
@@ -388,6 +419,8 @@ def in_motion(
     driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
     ways = [course_of_rigid(touch) for touch in case.contacts]
     contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
+    meets = [energy for energy in internal if isinstance(energy, Wandering)]
+    internal = [energy for energy in internal if not isinstance(energy, Wandering)]
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
         mass,
@@ -406,6 +439,7 @@ def in_motion(
         pulling=pulling,
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,
+        meets=(*meets,),
     )
     return PreparedMotion(static, declared, analysis, problem, mesh, case=case)
 

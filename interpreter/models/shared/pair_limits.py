@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.vocabulary.analyses import Static
+from softmark.interpreter.vocabulary.analyses import Dynamic, Static
+from softmark.interpreter.vocabulary.pairs import Tied
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
@@ -20,9 +21,16 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",
                          "`fem(...)` takes it")  # fmt: skip
-        elif case.remembers or case.porous or not isinstance(case.analysis, Static):
-            yield _error(pair, f"`{pair.name}` is found at rest alone, of what has no past", "not at rest",
-                         "use `static(...)`, and a material without memory or fluid")  # fmt: skip
+        elif case.remembers or case.porous or not isinstance(case.analysis, Static | Dynamic):
+            yield _error(pair, f"`{pair.name}` is found of what has no past alone", "stress relaxes, or fluid seeps",
+                         "use `static(...)` or `dynamic(...)`, and a material without memory or fluid")  # fmt: skip
+        elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):
+            yield _error(pair, f"`{pair.name}` glues what is at rest alone: what turns would turn against it",
+                         "not in motion", "use `static(...)`, or make one piece of them: `union(...)`")  # fmt: skip
+        elif isinstance(case.analysis, Dynamic) and declared.thing.capped_at is not None:
+            yield diagnostic("E651", declared.at("cap"), f"`{declared.name}` solves states with contact to the end,"
+                             " from rest, in double precision", f"not with the contact `{pair.name}`",
+                             "leave `cap` out")  # fmt: skip
         elif case.planar == "plane_stress":
             yield _error(pair, f"`{pair.name}` is asked of a plate in plane stress, whose thickness changes",
                          "not in plane stress", "use `plane_strain(...)` or `solid(...)`")  # fmt: skip

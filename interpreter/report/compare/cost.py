@@ -104,12 +104,19 @@ def quality(view: SceneView, allowed: bool = False) -> str:
     left_out = f" {count(known.excluded_runs, 'run')} left out as disturbed."
     said += left_out if known.excluded_runs else " No run was left out."
     if disturbed:
-        more = f" and {len(disturbed) - 8} more" if len(disturbed) > 8 else ""
-        counted = ", counted all the same:" if allowed else " and so not counted:"
-        said += f" Disturbed{counted} {', '.join(f'`{label}`' for label in disturbed[:8])}{more}."
+        counted = ", counted all the same" if allowed else " and so not counted"
+        said += f" Disturbed{counted}: {_who(disturbed, known.timed)}."
     flags = "".join(tag("li", prose(_flagged(flag, n))) for flag, n in known.flags.items())
     mood = "warn" if disturbed or known.flags else "good"
     return _callout(mood, said, tag("ul", flags, class_="flags") if flags else "")
+
+
+def _who(labels: Sequence[str], of: int) -> str:
+    """Who, of so many: all of them, or the first eight by name and how many more."""
+    if len(labels) == of > 1:
+        return "all of them"
+    more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""
+    return ", ".join(f"`{label}`" for label in labels[:8]) + more
 
 
 def _flagged(flag: str, n: int) -> str:

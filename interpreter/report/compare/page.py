@@ -66,7 +66,7 @@ def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
     allowed = comparison.analysis.options.allow_contaminated
     for view in own:
         items = [tag("li", _sentence(a), class_=None if a.winner else "none") for a in view.analysis.advice]
-        said = tag("ul", *items, class_="advice") if items else tag("p", _why_no_advice(view), class_="quiet")
+        said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.without_advice), class_="quiet")
         rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
         blocks.append(_under(view, own, said + "".join(rest) + cost.quality(view, allowed)))
     said = apart(own)
@@ -78,12 +78,6 @@ def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
 def _sentence(advice: Advice) -> str:
     """The sentence, what must be said about it beneath."""
     return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
-
-
-def _why_no_advice(view: SceneView) -> str:
-    if not view.points:
-        return "No configuration was computed."
-    return "No error was measured, as there is no reference to measure it from: there are only times to compare."
 
 
 def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:

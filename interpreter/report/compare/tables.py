@@ -58,7 +58,7 @@ def all_points(view: SceneView) -> str:
     head += [heading("Solver"), heading("Timing")]
     known = view.metrics.values()
     star = " ★: on the front of this error." if any(own.front for own in known) else ""
-    dagger = " †: within the uncertainty of the reference." if any(own.uncertainty for own in known) else ""
+    dagger = " ±: the uncertainty of the reference; †: within it." if any(own.uncertainty for own in known) else ""
     rows = [_point(view, point) for point in view.once]
     return table(f"All configurations.{star}{dagger}", head, rows, "points-table") + _points_csv(view)
 
@@ -99,7 +99,8 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
     starred = point.key in known.front
     within = point.within(metric, known.uncertainty)
     said = view.amount(error, metric) + (" †" if within else "") + (" ★" if starred else "")
-    return cell(said, best=starred)
+    own = point.uncertainty(metric)
+    return cell(said, f"± {view.amount(own, metric)}" if own else "", starred)
 
 
 def _times(view: SceneView, point: ComparedPoint) -> list[str]:
@@ -128,7 +129,7 @@ def _quality(point: ComparedPoint) -> str:
 def _points_csv(view: SceneView) -> str:
     clocks = ("cpu_s", "wall_s", "step_s", "setup_s")
     header = ["configuration", "model", "study", "status", "message", "nodes", "elements", "dofs"]
-    header += [f"{m} [{own.unit}]" for m, own in view.metrics.items()]
+    header += [f"{name} [{own.unit}]" for m, own in view.metrics.items() for name in (m, f"uncertainty of {m}")]
     header += [f"{m} [{unit}]" for m, unit in view.measurements.items()]
     parts = ("median [s]", "q1 [s]", "q3 [s]", "runs")
     header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in parts]
@@ -136,7 +137,8 @@ def _points_csv(view: SceneView) -> str:
     rows: list[list[Cell]] = []
     for p in view.points:
         own: list[Cell] = [p.label, p.model, p.study, p.status, p.message, p.nodes, p.elements, p.dofs]
-        own += [p.error(m) for m in view.metrics] + [p.metric(m).value for m in view.measurements]
+        own += [value for m in view.metrics for value in (p.error(m), p.uncertainty(m))]
+        own += [p.metric(m).value for m in view.measurements]
         own += [value for clock in clocks for value in _quartiles(p.cost.spread(clock))]
         own += [p.cost.memory_bytes, p.iterations, p.linear_solver]
         rows.append([*own, "yes" if p.cost.contaminated else "no", "; ".join(p.cost.flags)])

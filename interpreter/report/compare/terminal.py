@@ -53,6 +53,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
         for words in (*(a.text for a in view.analysis.advice), *(d.text for d in view.analysis.disagreements))
     ]  # fmt: skip
     advice = [textwrap.fill(_spoken(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
+    advice += [] if advice else [_spoken(own[0].without_advice)]
     advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
     return [*blocks, *(["\n".join(advice)] if advice else [])]
 
@@ -131,6 +132,7 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
         marks.append(f"* on the front: nobody has {what} and less error")
     if any(_within(view, p) for view in own for p in view.points):
         marks.append("† within the uncertainty of the reference")
+    marks += [f"{name} is known to ±{known}" for name, known in _known(own).items()]
     if any(view.timed and view.effort(p) is not None for view in own for p in view.points):
         marks.append("±: half the distance of the quartiles")
     lines = ["; ".join(marks)] if marks else []
@@ -141,6 +143,16 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
         who = ", ".join(labels) if len(labels) <= 5 else f"{len(labels)} configurations"
         lines.append(f"{who}: {_spoken(reason)}")
     return lines
+
+
+def _known(own: Sequence[SceneView]) -> dict[str, str]:
+    """What references leave open of each error, the largest."""
+    found: dict[str, tuple[float, SceneView]] = {}
+    for view in own:
+        for name, known in view.metrics.items():
+            if known.uncertainty > found.get(name, (0.0, view))[0]:
+                found[name] = (known.uncertainty, view)
+    return {name: _spoken(view.amount(most, name)) for name, (most, view) in found.items()}
 
 
 def _within(view: SceneView, point: ComparedPoint) -> bool:

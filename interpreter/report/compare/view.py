@@ -60,6 +60,13 @@ class SceneView:
         return "0" if negligible(value, 0.0, unit) else quantity(value, unit, 6, percent=True)
 
     @property
+    def without_advice(self) -> str:
+        """Why nothing is recommended where no sentence says so."""
+        if not self.points:
+            return "No configuration was computed."
+        return "No error was measured, as no metric is `against` a reference: nothing can be recommended."
+
+    @property
     def lines(self) -> Sequence[RefinementLine]:
         """Lines of models over their refinement."""
         return self.analysis.lines

@@ -16,6 +16,7 @@ from softmark.interpreter.report.run.figures import (
     histories,
     measured_curves,
     over_states,
+    over_time,
     realtime,
     refinement,
 )
@@ -52,6 +53,7 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
     ("error", deviation.section_of),
     ("realtime", realtime.section_of),
     ("histories", histories.section_of),
+    ("contacts-in-time", over_time.section_of),
     ("convergence", convergence.section_of),
     ("filled", filled.section_of),
     ("bodies", regions.bodies_of),

@@ -221,8 +221,13 @@ class ComparedPoint:
 
     def within(self, metric: str, largest: float) -> bool:
         """Whether an error is below what the reference leaves open: where this point lies, or at most `largest`."""
-        error, own = self.error(metric), self.metric(metric).uncertainty
-        return error is not None and error < (largest if own is None else abs(float(own)))
+        error, own = self.error(metric), self.uncertainty(metric)
+        return error is not None and error < (largest if own is None else own)
+
+    def uncertainty(self, metric: str) -> float | None:
+        """What the reference leaves open of an error, in its unit; None where nobody says."""
+        own = self.metric(metric).uncertainty
+        return None if own is None else abs(float(own))
 
     def effort(self, clock: str) -> Spread | None:
         """Seconds, or the number of unknowns; None where it is not known."""
@@ -273,8 +278,7 @@ def error_metrics(points: Iterable[ComparedPoint]) -> list[str]:
 
 def uncertainty_of(points: Iterable[ComparedPoint], metric: str) -> float:
     """What the reference leaves open, in the metric's unit: the largest that a point states; 0 if none does."""
-    found = (p.metric(metric).uncertainty for p in points)
-    return max((abs(float(u)) for u in found if u is not None), default=0.0)
+    return max((u for p in points if (u := p.uncertainty(metric)) is not None), default=0.0)
 
 
 def unit_of(points: Iterable[ComparedPoint], metric: str) -> str | None:

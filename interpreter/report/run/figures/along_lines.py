@@ -24,14 +24,14 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 def section_of(findings: Findings) -> str:
     """A chart for each metric that has a curve along its probe, those of the same curves together; else empty."""
-    charts: dict[tuple[object, ...], _Along] = {}
+    charts: dict[tuple[object, ...], Along] = {}
     for metric in findings.metrics:
         found = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
         along = {n: c for n, c in found.items() if metric.probe is not None and c.units[0] == "m"}
         models = {n: c for n, c in along.items() if n in findings.report.models}
         if models:
             same = (metric.probe, *((n, tuple(c.y.tolist())) for n, c in models.items()))
-            before = charts.get(same) or _Along(findings, len(charts), metric, {})
+            before = charts.get(same) or Along(findings, len(charts), metric, {})
             charts[same] = replace(before, curves={**_right(metric, along), **before.curves, **along})
     return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
 
@@ -44,7 +44,7 @@ def _right(metric: MetricColumn, along: Mapping[str, SeenCurve]) -> dict[str, Se
 
 
 @dataclass(frozen=True)
-class _Along:
+class Along:
     """Curves of all, and of what they are held against, by the distance from where the line of a metric begins."""
 
     findings: Findings
@@ -58,6 +58,21 @@ class _Along:
         named = self.findings.declared.get(self.metric.name)
         return named.word.removesuffix("_along").replace("_", " ") if named else self.metric.name
 
+    @property
+    def key(self) -> str:
+        """Of the chart in the page."""
+        return f"along-{self.number}"
+
+    @property
+    def named(self) -> str:
+        """What the file of its points is called."""
+        return f"{self.metric.name}-along"
+
+    @property
+    def heading(self) -> str:
+        """What is drawn, in words."""
+        return f"{self.title} along {self.metric.probe}"
+
     def plate(self) -> str:
         """The chart."""
         open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
@@ -66,28 +81,31 @@ class _Along:
             Drawn(n, known[n], tuple(zip(c.x.tolist(), c.y.tolist(), strict=True)), 1 + i, 1, 1, n in open_)
             for i, (n, c) in enumerate(self.curves.items())
         )
-        title = f"{self.title} along {self.metric.probe}"
-        chart = Chart(f"along-{self.number}", title, self._desc(), *self._axes(), WIDTH, HEIGHT, drawn,
+        chart = Chart(self.key, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
                       left=78.0, right=110.0)  # fmt: skip
-        found, file = columns(self.curves, self._units), saved(f"{self.metric.name}-along", self.curves, self._units)
-        return plate(chart, prose(self._caption()), found, file, open_=open_)
+        found, file = columns(self.curves, self.units), saved(self.named, self.curves, self.units)
+        return plate(chart, prose(self.caption()), found, file, open_=open_)
 
-    def _axes(self) -> tuple[Axis, Axis]:
+    def axes(self) -> tuple[Axis, Axis]:
+        """The distance, and the values with nothing among them."""
         every = np.concatenate([c.y for c in self.curves.values()])
         low, high = min(0.0, float(every.min())), max(0.0, float(every.max()))
         far = max(float(c.x[-1]) for c in self.curves.values())
-        up = self._units[1]
+        up = self.units[1]
         top = high + 0.06 * (high - low or 1.0)
         return linear(0.0, far, f"along {self.metric.probe}", "m", 8), linear(low, top, self.title, up, 6)
 
     @property
-    def _units(self) -> tuple[str, str]:
+    def units(self) -> tuple[str, str]:
+        """Of both axes."""
         return next(iter(self.curves.values())).units
 
-    def _desc(self) -> str:
-        up = self._units[1]
+    def desc(self) -> str:
+        """The largest of each."""
+        up = self.units[1]
         return "; ".join(f"{n}: at most {quantity(float(c.y.max()), up, 3)}" for n, c in self.curves.items()) + "."
 
-    def _caption(self) -> str:
+    def caption(self) -> str:
+        """Where it is looked at."""
         last = self.findings.of_last
         return f"`{self.metric.name}` along `{self.metric.probe}`, by its points before deformation{last}."
