@@ -185,16 +185,16 @@ class PreparedSolid(OnMesh):
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_facts(self.mesh) | crossing.crossings(self.beds, x)
-        kept, adrift = outside.kept(self, facts, x)
+        beside = outside.settled(self, found)
+        kept, adrift = outside.kept(self, beside, x)
         doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        stiffer = found.facts.get("stiffened", 1.0)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
-        met = outside.met(self, u, stiffer)
+        met = outside.met(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
-        modes = about(outside.bare(self, stiffer), found.x, self.mass, self.problem.linear)
+        modes = about(outside.bare(self, beside), found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif adrift:
@@ -202,16 +202,16 @@ class PreparedSolid(OnMesh):
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        return replace(seen, carried=cache(lambda: self._carried(found.x, x, stiffer, met["rubbed"])))
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
     def mass(self) -> Any:
         """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
-    def _carried(self, state: Floats, u: Floats, stiffer: float, rubbed: Past) -> carried.Carried:
+    def _carried(self, state: Floats, u: Floats, beside: Mapping[str, Touching], rubbed: Past) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
-        beside, assembly = outside.stiffer(self.contacts, stiffer), outside.bare(self, stiffer)
+        assembly = outside.bare(self, beside)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
         return outside.touched(found, beside, self, rubbed)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.interpolation import Integration
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.equilibrium import Equilibrium
 
 Solid = TypeVar("Solid")
 
@@ -59,23 +60,28 @@ def loose(
     return grounding.loose(case, mesh, parts, measured, dofs, beds)
 
 
-def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:
+    """The contacts of a solid as an equilibrium has them: barriers may be stiffer, and points have joined."""
+    contacts: dict[str, Touching] = solid.contacts
+    return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
+
+
+def kept(solid: Any, contacts: Mapping[str, Touching], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
     """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
     if solid.loose is None:
         return (), ""
     from softmark.solvers.energies.energy import Wandering
 
     pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, Wandering)}
-    touching = stiffer(solid.contacts, facts["stiffened"]) | pairs
-    notes, adrift = solid.loose.kept(solid.declared, touching, x)
+    notes, adrift = solid.loose.kept(solid.declared, {**contacts, **pairs}, x)
     return notes, adrift
 
 
-def bare(solid: Any, factor: float) -> Assembly:
-    """What acts on a solid, with barriers so many times as stiff: without the spring that bears nothing in the end."""
+def bare(solid: Any, contacts: Mapping[str, Touching]) -> Assembly:
+    """What acts on a solid, with contacts as they are: without the spring that bears nothing in the end."""
     known: Assembly = solid.assembly
-    if factor != 1.0:
-        known = _acting(known, stiffer(solid.contacts, factor))
+    if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
+        known = _acting(known, contacts)
     return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
 
 
@@ -90,15 +96,10 @@ def keeping(solid: Solid, x: Floats) -> Solid:
     return found
 
 
-def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touching]:
-    """Contacts with barriers so many times as stiff."""
-    return {name: contact.stiffer(factor) for name, contact in contacts.items()}
-
-
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
     """The assembly with these contacts in place of its own, which are the last of the loads."""
     plain = assembly.loads[: len(assembly.loads) - len(contacts)]
-    return assembly.acting(assembly.internal, [*plain, *contacts.values()])
+    return assembly.joined([*plain, *contacts.values()])
 
 
 def resumed(made: Solid, before: Moved) -> Solid:
@@ -107,6 +108,8 @@ def resumed(made: Solid, before: Moved) -> Solid:
     if not (before.beside or before.rubbed):
         return made
     beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
+    for name, extra in before.joined.items():
+        contacts[name] = contacts[name].joining(extra, before.displacement.ravel())
     if before.rubbed:
         from softmark.interpreter.models.shared import rubbing
 
@@ -124,11 +127,15 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(solid: Any, u: Floats, factor: float) -> dict[str, Any]:
-    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers."""
-    stiff = stiffer(solid.contacts, factor)
-    remembered = past({**solid.beds, **stiff}, u.ravel(), solid.rubbed)
-    return {"beside": beside(stiff), "stiffer": factor, "rubbed": remembered}
+def met(solid: Any, u: Floats, contacts: Mapping[str, Touching], facts: Mapping[str, Any]) -> dict[str, Any]:
+    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers.
+
+    And how stiff barriers are, and points that have joined those which are kept clear at first.
+    """
+    remembered = past({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
+    joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
+    own = {"beside": beside(contacts), "stiffer": facts.get("stiffened", 1.0), "rubbed": remembered}
+    return own | {"joined": joined}
 
 
 def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
