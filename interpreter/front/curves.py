@@ -165,6 +165,10 @@ def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, time
     if moving and thing.over is not None:
         return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` goes over time in a dynamic analysis",
                           "at rest only", "leave `over` out")  # fmt: skip
+    if moving and of.thing.followed and not of.thing.in_time:
+        return diagnostic("E509", metric.at("of"), f"`{of.name}` is the {of.thing.when} of all times", "one value",
+                          f"name a metric that has a value at each: `{of.constructor.name}(...)` without `over`"
+                          )  # fmt: skip
     if moving and not (isinstance(of.thing, Displacement) or of.thing.followed):
         return diagnostic("E509", metric.at("of"), f"`{of.name}` has no course in time: it is a"
                           f" `{of.constructor.name}`", "not followed in time",

@@ -131,10 +131,10 @@ class Expectations:
             found = units.named(value.dimension)
             raise self.place.fail("E204", node.span, f"expected a time, found {found}", found,
                                   "what is followed in a motion is asked for at a time: `.at(5 ms)`")  # fmt: skip
-        if not self.compiler.declaration(name.parts[1]).thing.followed:
-            raise self.place.fail("E313", node.span, f"`{name.text}` is known at the end of a motion alone",
-                                  "not followed over time", "leave `.at(...)` out; what contacts do is followed"
-                                  )  # fmt: skip
+        if not self.compiler.declaration(name.parts[1]).thing.in_time:
+            raise self.place.fail("E313", node.span, f"`{name.text}` has one value in a motion",
+                                  "not followed over time", "leave `.at(...)` out; followed is what contacts do, by"
+                                  " metrics without `over` and `against`")  # fmt: skip
         if not 0.0 <= value.value <= end:
             raise self.place.fail("E313", node.span, f"the motion has no time {percent(Moment(value.value))}",
                                   "beyond its end", f"it goes from 0 s to {percent(Moment(end))}")  # fmt: skip

@@ -66,6 +66,11 @@ class Metric:
         return vars(self).get("against")
 
     @property
+    def in_time(self) -> bool:
+        """Whether it has a value at each time of a motion: it is followed, an error of nothing and not of all times."""
+        return False
+
+    @property
     def summed_by(self) -> str:
         """What of the values at its points it is."""
         return "max"
@@ -87,6 +92,11 @@ class OfForces(Metric):
     followed: ClassVar[bool] = True
     extreme: ClassVar[str] = "largest"  # or `least`: which of its values in a motion is the one to know
     of_surface: ClassVar[bool] = False  # whether it is told of the surface in contact, which is not kept of every step
+
+    @property
+    def in_time(self) -> bool:
+        """Whether it has a value at each time of a motion."""
+        return self.followed and self.measured_from is None and self.when == "end"
 
     @property
     def when(self) -> str:

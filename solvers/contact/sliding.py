@@ -95,6 +95,11 @@ class Sliding(Wandering):
         return self.pressing.skin
 
     @property
+    def distance(self) -> float:
+        """Where the barrier begins, m."""
+        return self.pressing.distance
+
+    @property
     def told(self) -> NDArray[np.bool_] | None:
         """Nodes (n,) of all pieces but the first."""
         found: NDArray[np.bool_] | None = self.pressing.told

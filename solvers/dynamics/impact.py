@@ -19,7 +19,8 @@ the end of a step, the other does to it, at the same place.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from softmark.records import dataclass
 from softmark.solvers.contact.pose import Posed
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting
-from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
+from softmark.solvers.dynamics.scheme import CutsIn, StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 STIFFER = 8.0  # times: the barrier that an impact has closed
 FLIGHT = 4.0  # steps without contact: fewer are none
 PRESSED = 1e-6  # of the largest pressure: what is less is no contact
+ROUNDS = 8  # of more points in a step, at most: what still cuts in then stays
 STIFFEST = 1e9  # times what it was: more is no barrier for double precision
 
 
@@ -52,19 +54,20 @@ class Impact:
         courses: Sequence[Course],
         slots: Sequence[Ints],
         meets: Sequence[Wandering] = (),
+        couple: Callable[[Ints], Ints] | None = None,
     ) -> None:
         self.contacts: list[Any] = list(contacts)
         self.meets: list[Any] = list(meets)
-        self.courses, self.slots = tuple(courses), tuple(slots)
+        self.courses, self.slots = tuple(courses), list(slots)
         self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)  # unknowns of theirs
         self.rubs = any(c.rubs for c in (*contacts, *meets))
-        self.slid: list[Floats | float] = [0.0 for _ in contacts]  # how far each node has slid in all (m,), m
         self._met: list[Floats | float] = [0.0 for _ in meets]  # and each sample of surfaces that both deform
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
         self.mass = 0.0  # kg, of the body that deforms
         self.surfaces = Surfaces(self.contacts)
+        self.couple, self._rounds = couple, 0  # where entries of stencils go in the tangent: without it no points join
         self._shares: tuple[float, ...] = ()
 
     def at(self, time: float) -> Touches:
@@ -82,7 +85,7 @@ class Impact:
 
     def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
-        here = self.at(motion.time)
+        here, self._rounds = self.at(motion.time), 0
         rubbed = tuple(self._settled(i, c, motion.x) for i, c in enumerate(here.posed) if c.rubs)
         rubbed += tuple(self._left(i, c, motion.x) for i, c in enumerate(self.meets) if c.rubs)
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
@@ -95,6 +98,11 @@ class Impact:
             acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
         self.surfaces.follow(here.posed, motion.x, step)
         self.mass = mass
+        for i, contact in enumerate(self.at(motion.time).posed):  # what presses no more goes
+            if contact.extra is not None:
+                left = replace(contact, earlier=contact.body).shed(motion.x)
+                if left.extra is not contact.extra:
+                    self._take(i, left)
         self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed, acts))
 
     def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:
@@ -102,10 +110,11 @@ class Impact:
         pressures, held = here.pressures(x), ~here.slip(x).slides
         p = here.A * pressures
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
-        area = float(here.A[held & (pressures > PRESSED * pressures.max(initial=0.0))].sum())
-        self.slid[i] = self.slid[i] + here.slid(x)
-        self.contacts[i] = self.contacts[i].holding(here.settled(x))
-        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area, here.lost(x))
+        sticking = held & (pressures > PRESSED * pressures.max(initial=0.0)) & (np.arange(len(p)) < here.lasting)
+        gone, lost = here.gone + here.slid(x), here.lost(x)
+        self.contacts[i] = self.contacts[i].holding(here.settled(x), gone)
+        slip = float(np.max(np.where(p > 0.0, gone, 0.0), initial=0.0))
+        return Rubbed(slip, sticks, float(here.A[sticking].sum()), lost)
 
     def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
         """The same of surfaces that both deform."""
@@ -125,6 +134,31 @@ class Impact:
         for i, contact in enumerate(here.posed):
             if contact.gaps(end.x).min(initial=1.0) <= 0.0:
                 self._stiffen(i)
+        self._join(start, end, here)
+
+    def _join(self, start: Motion, end: Motion, here: Touches) -> None:
+        """Raises CutsIn where facets end behind a rigid surface between points: with more of them the step is new."""
+        if self.couple is None or self._rounds > ROUNDS or all(c.facing is None for c in here.posed):
+            return
+        from softmark.solvers.contact.cutting import MOST, cuts, off
+
+        last = self._rounds == ROUNDS  # then what presses on nothing goes
+        before, found = self.at(start.time), False
+        for i, contact in enumerate(here.posed):
+            extra = None if last else cuts(contact, end.x)
+            if extra is None and not (last and off(contact, end.x, MOST)):
+                continue
+            found = True
+            known = replace(self.contacts[i], earlier=before.posed[i].body)
+            self._take(i, known.joining(extra, start.x))
+        self._rounds += 1
+        if found:
+            raise CutsIn("facets of the surface end behind a rigid one")
+
+    def _take(self, i: int, contact: Any) -> None:
+        """A contact with other points."""
+        assert self.couple is not None
+        self.contacts[i], self.slots[i] = contact, self.couple(contact.stencils)
 
     def _stiffen(self, i: int) -> None:
         """Raises TooSoft, or StepFailed where it is stiff enough for anything."""
@@ -218,7 +252,9 @@ class Touches:
     """All contacts at one time: with rigid bodies, and of surfaces that both deform."""
 
     def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[Wandering] = ()) -> None:
-        self.posed, self.slots, self.meets = posed, slots, meets
+        self.slots = slots
+        self.posed: list[Any] = list(posed)  # with friction or without
+        self.meets: list[Any] = list(meets)
 
     @property
     def every(self) -> tuple[Any, ...]:
@@ -245,11 +281,10 @@ class Touches:
     def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
         """With an energy, by pressures of a state, of which those `before` were the law."""
         was = self if before is None else before
-
-        def each(own: Sequence[Any], others: Sequence[Any]) -> list[Any]:
-            return [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
-
-        return Touches(each(self.posed, was.posed), self.slots, each(self.meets, was.meets))
+        both: Any = zip(self.every, was.every, strict=True)
+        each: list[Any] = [c.known(x, b) if c.rubs else c for c, b in both]
+        count = len(self.posed)
+        return Touches(each[:count], self.slots, each[count:])
 
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""
@@ -264,7 +299,7 @@ class Touches:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """J (free, free) with scale times the stiffness of surfaces that meet: it couples what has no place there."""
+        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has none in it."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J
@@ -288,7 +323,7 @@ class Touches:
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
         both = zip(self.posed, since.posed, strict=True)
-        return sum(c.work(x, s) for c, s in both if c.share != s.share)
+        return sum(float(c.work(x, s)) for c, s in both if c.share != s.share)
 
 
 LOOKS = 64  # along the way of a point that may have gone through

@@ -108,6 +108,19 @@ def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
     assert model.stated["push"].parts["gap"] == pytest.approx(2.0 * 20e-6 / 0.1e-3 * push, rel=0.01)
 
 
+@pytest.mark.parametrize("friction", ["", ", friction = 0.3"])
+def test_the_gap_between_pieces_that_move_is_a_part_of_it_too(friction: str) -> None:
+    """What the barrier leaves at most: nothing closer is told of surfaces that both deform in a motion."""
+    text = SCENE.replace("CONTACT", f"itself(pair, where = y >= 5 mm and y <= 5.02 mm{friction})")
+    text = text.replace("static(states = [0, 50, 100] %)", "dynamic(duration = 1 ms, step = 0.5 ms)")
+    text = text.replace(", course = state", "").replace("size = 2.5", "size = 5").replace("support  hand", "# ")
+    text = text[: text.index("metric")] + "probe mid = point(pair, at = (20, 10, 0) mm)\n"
+    text += "metric way = displacement(mid, along = -y)\n"
+    loaded = loads(text.replace("components = y)", "components = y, course = ramp(over = 1 ms))"))
+    model = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(free=True)).models["quads"]
+    assert model.stated["way"].parts["gap"] == pytest.approx(20e-6)
+
+
 @pytest.mark.slow
 def test_single_precision_goes_on_from_what_rubbed_before() -> None:
     """A hand that comes back by a twelfth leaves what a state in double precision leaves, to the rounding of states.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.trajectory import Trajectory
 
 AXIAL = np.array([0.0, 1.0, 0.0])  # what forces on whole rings around y come to
-WHY = "in a motion it is not followed: what contacts do is"
+WHY = "reactions are those of a state of rest: in a motion what contacts do is followed alone"
 
 
 @dataclass(frozen=True)
