@@ -9,13 +9,12 @@ to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
 runs all. So are those that look at the report of a scene that takes long (BROAD), and the further cases of broad
-tests (tests/shared/breadth.py). Where folders are run, a third of the slow cases of each sweep is walked each day, and
-all of them with SOFTMARK_WHOLE=1 (tests/shared/walk.py).
+tests (tests/shared/breadth.py). Where folders are run, a quarter of the slow cases of each sweep is walked each day,
+and all of them with SOFTMARK_WHOLE=1 (tests/shared/walk.py).
 """
 
 from __future__ import annotations
 
-import gc
 import os
 import re
 import signal
@@ -71,7 +70,7 @@ BROAD = {
     "elastic-foundation", "creeping-cantilevers",
     "ring-of-a-file", "indented-layer", "grasp",
     "sphere-on-gel", "half-spheres", "ironing", "pin-on-a-membrane", "pressed-blocks", "indentation", "bar-on-a-wall",
-    "plate-on-a-column", "sliding-block",
+    "plate-on-a-column", "sliding-block", "joined-blocks", "pin",
     "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
     "hollow-cantilever",
@@ -86,9 +85,10 @@ PLAIN = (
     "test_sandbox", "test_table", "test_check", "test_codes", "test_compile", "test_elastica", "test_architecture",
 )  # fmt: skip
 LONG = (
-    "test_diagnostics", "silicone-beam-as-published", "truth-cube", "test_recovery", "test_orders_solids",
-    "test_orders_time", "test_critical_step", "silicone-beam-scanned", "silicone-beam-refined", "cantilevers",
-    "test_dynamics_balance", "test_compare_page", "test_stated", "silicone-beam-release", "test_arc_length",
+    "ironing", "silicone-beam-as-published", "half-spheres", "test_cattaneo_mindlin", "test_axisymmetric",
+    "test_contact", "sphere-on-gel", "pin-on-a-membrane", "test_diagnostics", "truth-cube", "test_recovery",
+    "test_orders_solids", "test_orders_time", "test_critical_step", "silicone-beam-scanned", "silicone-beam-refined",
+    "cantilevers", "test_dynamics_balance", "test_compare_page", "test_stated", "silicone-beam-release",
 )  # fmt: skip
 
 
@@ -145,12 +145,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item not in later]
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: turn(shared_by(item.nodeid)))
-
-
-def pytest_collection_finish() -> None:
-    """Thousands of tests stay: nothing is looked for among them whenever a test leaves garbage behind."""
-    gc.collect()
-    gc.freeze()
 
 
 def shared_by(nodeid: str) -> str:

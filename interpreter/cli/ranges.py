@@ -28,14 +28,13 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], second
     from softmark.interpreter.study.stability.record import Stress
 
     found = Stress.from_json(stress)
-    study = found.studies[0]
     models = [
-        {"constructor": constructors[m], "outline": study.outlines.get(m, m),
+        {"constructor": constructors[m], "model": m, "outline": study.outlines.get(m, m),
          "ranges": [_range(edges, q) for q in study.quantities if (edges := study.edges_of(m, q.name))]}
-        for m in study.models
+        for study in found.studies for m in study.models
     ]  # fmt: skip
     return {
-        "scene": Path(found.scene["file"]).stem, "title": found.scene["title"], "within": study.within,
+        "scene": Path(found.scene["file"]).stem, "title": found.scene["title"], "within": found.studies[0].within,
         "softmark": found.environment.get("softmark"), "points": found.summary.points, "seconds": seconds,
         "silent": found.summary.silent, "models": models,
     }  # fmt: skip
@@ -56,7 +55,7 @@ def _range(own: list[StressEdge], quantity: WalkedQuantity) -> Json:
 def lines(constructor: str) -> list[str]:
     """What `dsl explain` says of a constructor: a line for each quantity of each of its models, if it was measured.
 
-    A study that is about other words, as about a contact, shows all of its models there.
+    A study that is about other words, as about a contact, shows its models there, each at the words that it is about.
     """
     path = files(__package__ or "").joinpath(FILE)
     measured = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
@@ -65,7 +64,10 @@ def lines(constructor: str) -> list[str]:
 
 def _of_study(measured: Json, constructor: str) -> list[str]:
     words = measured.get("words") or ()
-    own = [m for m in measured["models"] if (constructor in words if words else m["constructor"] == constructor)]
+    own = [
+        m for m in measured["models"]
+        if (constructor in m.get("words", words) if words else m["constructor"] == constructor)
+    ]  # fmt: skip
     if not own:
         return []
     head = [

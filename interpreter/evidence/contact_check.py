@@ -19,6 +19,7 @@ from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.models.shared.contacting import barrier_of, inner_steps
 from softmark.solvers.checks import cuts, solids, touching
+from softmark.solvers.checks.rubbing import taken
 from softmark.solvers.checks.solids import EPS, Floats, Ints
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
@@ -33,9 +34,11 @@ from softmark.solvers.mesh.tube import Tube
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.problem.case import Case, Touch
+    from softmark.solvers.contact.points import Joined
     from softmark.solvers.mesh.shape import Shape
 
 ROUND = 1e-9  # of a shape function: what is less is nothing
+CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
 MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
@@ -113,8 +116,14 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
     of, N, A = _points(case, touch, mesh, facets)
+    joined = mesh.joined.get(touch.name)
+    if joined is not None:
+        of, N, A = _with((of, N, A), joined)
     x = _flat(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
     g, n = _asked(_where(touch), x)
+    if joined is not None:
+        size = float(np.linalg.norm(np.ptp(mesh.points[facets], axis=1), axis=1).max())
+        g, n = _before_planes(joined, touch, x, g, n, barrier.distance + CLOSE * size)
     p, slope = touching.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     p = np.where(A > 0.0, p, 0.0)
     push = _flat(case, (A * p)[:, None] * n)
@@ -128,6 +137,28 @@ def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Float
     np.add.at(found, of, N[:, :, None] * push[:, None, :])
     size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
     return found, 4.0 * EPS * size * float((A * slope).sum())
+
+
+def _with(points: tuple[Ints, Floats, Floats], joined: Joined) -> tuple[Ints, Floats, Floats]:
+    """With those that have joined, as a state says: what they stand for is taken as it is, as what the law is for."""
+    of, N, A = points
+    own = joined.points
+    width = max(of.shape[1], own.of.shape[1])
+
+    def wide(rows: Floats | Ints) -> Any:
+        return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
+
+    of, N = (np.concatenate([wide(a), wide(b)]) for a, b in ((of, own.of), (N, own.shares)))
+    return of, N, np.concatenate([A, own.A])
+
+
+def _before_planes(joined: Joined, touch: Touch, x: Floats, g: Floats, n: Floats, near: float) -> tuple[Floats, Floats]:
+    """Gaps and normals with those of points that have joined to their planes: of such as are at the body in truth."""
+    c, ends = (taken(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
+    new = slice(len(g) - len(c), None)
+    g, n, own = g.copy(), n.copy(), ((x[new] - c) * (ends - c)).sum(axis=1)
+    g[new], n[new] = np.where(np.abs(g[new]) < near, own, np.inf), ends - c
+    return g, n
 
 
 def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, Floats, Floats]:

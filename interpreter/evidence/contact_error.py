@@ -13,7 +13,8 @@ travel of at most two (a cone), so that they are off by twice the gap over the t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +81,36 @@ def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     if seen.unit == "m":
         return left
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0
+
+
+def joints(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
+    """The part that comes of joints that give way; none where nothing is tied."""
+    from softmark.interpreter.vocabulary.pairs import Tied
+
+    beds: Any = getattr(whole.prepared, "beds", {})
+    own = [beds[pair.name] for pair in whole.case.pairs if isinstance(pair.thing, Tied) and pair.name in beds]
+    return {"joint": partial(_given, whole, own)} if own else {}
+
+
+def _given(whole: Answer, tied: Sequence[Any], seen: ProbeAnswer) -> float:
+    """By the share of the energy that is in the springs of joints: without these a body is stiffer by as much.
+
+    That is so of whatever moves a body as a whole, to first order; displacements are off by how far joints open as
+    well, in the mean square. Raises Unknown where it is most of the energy, or nothing is known of it.
+    """
+    from softmark.interpreter.evidence.orders import HOPELESS
+    from softmark.interpreter.evidence.probe_answers import Unknown
+
+    rest, mesh = seen.at_rest, whole.mesh
+    if rest is None or rest.reason is not None or mesh is None:
+        raise Unknown("what joints give way by is not known")
+    stored = [joint.value(mesh.displacement.ravel()) for joint in tied]
+    share = sum(stored) / rest.energy if rest.energy > 0.0 else 0.0
+    if share > HOPELESS:
+        raise Unknown("joints give way by more than the body does")
+    open_by = max(math.sqrt(2.0 * W / (joint.stiffness * joint.area)) for W, joint in zip(stored, tied, strict=True))
+    found = share * seen.size
+    return max(found, open_by) if seen.unit == "m" else found
 
 
 def beyond(touch: Touch) -> float | None:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 NOTHING = 1e-6  # of the size of the body
+WIDE = 0.05  # of how far the body moves: such a gap may be a tenth of a force, and more of what else is told
 DEEP = 0.25  # of how far the body moves, or of the least radius of what presses: facets that cut in so far miss it
 
 
@@ -108,4 +109,22 @@ def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) ->
                 f" of {most} come to, in `{declared.name}`",
                 "too coarse for an area or a pressure",
                 "use smaller cells, so that a few of them touch: the force is off as well, if by less",
+            )
+
+
+def held_off(declared: Declared, case: Case, rest: AtRest) -> Iterator[Diagnostic]:
+    """A warning for each contact whose barrier has a distance that somebody gave, and leaves too wide a gap."""
+    for contact in (*(touch.declared for touch in case.contacts), *case.pairs):
+        touch = rest.touches.get(contact.name)
+        if touch is None or rest.reason is not None or "distance" not in contact.fields:
+            continue
+        if touch.left > WIDE * rest.moved > 0.0:
+            left, moved = (units.show(rounded(own, 2), units.LENGTH) for own in (touch.left, rest.moved))
+            yield diagnostic(
+                "W661",
+                contact.at("distance"),
+                f"the barrier of `{contact.name}` keeps what it touches {left} away, and `{declared.name}` moves by"
+                f" {moved}",
+                "a wide barrier",
+                "what presses seems larger by that: take a smaller distance, or leave it out",
             )

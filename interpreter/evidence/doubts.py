@@ -39,6 +39,7 @@ DOUBTS: dict[str, str] = {
     "W389": "its fibres have no direction somewhere",
     "W659": "its facets do not follow what presses",
     "W660": "its contact is less than a few cells wide",
+    "W661": "its barrier keeps what it touches far away",
 }
 
 

@@ -92,10 +92,10 @@ class Stated(Answer):
         }
         found |= selection(self)
         if self.case.contacts or self.case.pairs:
-            from softmark.interpreter.evidence.contact_error import gaps
+            from softmark.interpreter.evidence.contact_error import gaps, joints
             from softmark.interpreter.evidence.contact_notes import selection as touching
 
-            found |= gaps(self) | touching(self)
+            found |= gaps(self) | joints(self) | touching(self)
         if self.case.parts:
             from softmark.interpreter.evidence.region_error import parts
 

@@ -45,6 +45,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     between = [c for c in contacts if isinstance(c.thing, Between)]
     for contact in between:
         yield from _between(scene, contact)
+    for contact in contacts:
+        if not isinstance(contact.thing, Between):
+            yield from _deforming(scene, contact)
     yield from _twice(contacts)
     named = {c.thing.rigid for c in between}
     sure = bool(named) and all(rigid(scene.declared[name]) for name in named)  # else it may be the other that is meant
@@ -55,6 +58,15 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
                              f"{body.name}, BODY)`, or leave it out")  # fmt: skip
         yield from _about(scene, body)
         yield from _together(scene, body)
+
+
+def _deforming(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+    """That what touches itself, or is glued, deforms."""
+    body, kind = scene.declared[contact.thing.body], contact.constructor.name
+    if rigid(body):
+        yield diagnostic("E652", contact.at("body"), f"`{body.name}` is rigid, and `{kind}(...)` is about a body that "
+                         "deforms", "a rigid body", "name the body that deforms; what presses on it is `between("
+                         f"{body.name}, BODY)`")  # fmt: skip
 
 
 def _twice(contacts: list[Declared]) -> Iterator[Diagnostic]:

@@ -100,11 +100,11 @@ def solve(work: Work, name: str) -> None:
     )
     work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
     if case.contacts:
-        from softmark.interpreter.evidence.contact_notes import contradicted, cut_in
+        from softmark.interpreter.evidence.contact_notes import contradicted, cut_in, held_off
 
         metrics = [metric.thing for metric in work.scene.of_kind("metric").values()]
         cut = cut_in(declared, case, rest, solution.facts)
-        work.warn((), here=(*cut, *contradicted(declared, rest, metrics)))
+        work.warn((), here=(*cut, *contradicted(declared, rest, metrics), *held_off(declared, case, rest)))
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
     held = reactions(case, prepared, rest)
     found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)

@@ -16,16 +16,19 @@ class Between:
     """Keeps the surface of a body clear of a rigid one: what presses on it is found, and nothing passes through.
 
     The rigid body stays where it is declared, or goes where a support takes it: `support hand = displaced(ball, by =
-    (0, 0, -1) mm)`. No node of the surface comes behind that of the rigid body, nor, without friction, the middle of
-    facets of eight nodes, and in space points inside facets that are longer than the rigid body is sharp. Between them
-    a coarse mesh may cut into a convex rigid body by as much as its facets are flat: the table of contacts in the
-    report says by how much. A thin barrier does it: it has no pressure beyond the `distance`, which is chosen at a
-    hundred-thousandth of the size of the body, and more than the body can bear at touch, so that a gap of less than
-    that distance is left, which is part of the stated error.
+    (0, 0, -1) mm)`. No node of the surface comes behind that of the rigid body, nor the middle of facets of eight
+    nodes, and in space points inside facets that are longer than the rigid body is sharp. Where an edge, a corner or
+    a tip still cuts in between these, points join them and the state, or the step of a motion, is found again until
+    nothing does: `solve.joined` of the report has how many press in the last state. Where no such state is found, as
+    it may be between fine facets, the one without these points stays; and what is blunter than a facet is long may cut
+    in by as much as facets are flat: the table of contacts in the report says how deep all that is left goes. A thin
+    barrier does it: it has no pressure beyond the `distance`, which is chosen at a hundred-thousandth of the size of
+    the body, and more than the body can bear at touch, so that a gap of less than that distance is left, which is part
+    of the stated error.
     `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
     plane, where the rigid body is cut by z = 0.
 
-    With `friction` the surface sticks up to friction times pressure, and slides beyond: Coulomb's law at every node, by
+    With `friction` the surface sticks up to friction times pressure, and slides beyond: Coulomb's law at points, by
     return mapping (Simo and Laursen 1992). What sticks gives way by less than the barrier's distance, friction times
     pressure over its stiffness per distance. What slides depends on the way there: each of the `states` of a static
     analysis is one step from the state before, along a straight line, so that more states are a finer path; without

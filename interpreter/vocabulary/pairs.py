@@ -17,8 +17,9 @@ class Itself:
     more as the gap closes, so that a gap of less than the distance is left, which is part of the stated error. It is
     integrated over both surfaces, whose meshes need not match; facets are split `parts` times along each side for that,
     and a uniform pressure is uniform the better the more there are. Surfaces must be apart at the start, be it by
-    little: the distance is then no more than their gap. Finite elements at rest take it, in space, in the
-    plane and of revolution, with the package ipctk (the extra `contact`: `pip install "softmark[contact]"`). Take
+    little: the distance is then no more than their gap. Finite elements take it, at rest and in motion by implicit
+    steps, in space, in the plane and of revolution, with the package ipctk (the extra `contact`: `pip install
+    "softmark[contact]"`). In motion it acts at the end of every step, as rigid bodies do, and keeps momentum. Take
     finite strain where surfaces slide along each other: in small strain their forces leave a moment, and are refused.
     `force(NAME, along = +z)` is the force on all pieces but the first.
 
@@ -26,7 +27,8 @@ class Itself:
     return mapping. What sticks gives way by a part of the distance: friction times pressure over ten stiffnesses of the
     barrier. What slides depends on the way there: each of the `states` of a static analysis is one step from the state
     before, so that more states are a finer path; without states all of the load is one step. `slip(NAME)` and
-    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
+    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat. In motion each time step goes on from
+    the one before; its heat is in the balance of energies, and the report tells what slides.
     """
 
     body: Annotated[str, "body", "the deformable body"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,18 @@ class Assembly:
         other = self.with_internal(internal)
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
+        return other
+
+    def joined(self, loads: Sequence[Energy]) -> Assembly:
+        """The same for other loads, of which some have more stencils than before, or fewer, of the same elements."""
+        number = np.full(self.dofs, -1)
+        number[self.free] = np.arange(len(self.free))
+        slots = [*self.pattern.slots]
+        for i, (old, new) in enumerate(zip(self.loads, loads, strict=True), len(self.internal)):
+            if not np.array_equal(old.stencils, new.stencils):
+                slots[i] = self.pattern.places(number, new.stencils)
+        other = self.acting(self.internal, loads)
+        other.pattern = replace(self.pattern, slots=tuple(slots))
         return other
 
     def modes(self) -> Floats | None:

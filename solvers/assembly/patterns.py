@@ -38,6 +38,27 @@ class Pattern:
         made.data = data
         return made
 
+    def places(self, number: Ints, stencils: Ints) -> Ints:
+        """Where local entries of more stencils (n, k) go (n, k, k), -1 where held; all must be coupled in it already.
+
+        `number` (dofs,) is the row of each degree of freedom, -1 where it is held.
+        """
+        rows = number[stencils]
+        wanted = rows[:, :, None] * self.size + rows[:, None, :]
+        found: Ints = np.minimum(np.searchsorted(self._numbers, wanted), len(self._numbers) - 1)
+        held = (rows < 0)[:, :, None] | (rows < 0)[:, None, :]
+        found[held] = -1
+        if not np.array_equal(self._numbers[found[~held]], wanted[~held]):
+            raise ValueError("what a stencil couples is not coupled in the pattern")
+        return found
+
+    @cached_property
+    def _numbers(self) -> Ints:
+        """Row times size plus column of each entry (nnz,): ascending, for both are sorted."""
+        rows = np.repeat(np.arange(self.size), np.diff(self.indptr))
+        found: Ints = rows * self.size + self.indices
+        return found
+
     @cached_property
     def _empty(self) -> sparse.csr_matrix:
         data = np.zeros(len(self.indices), dtype=np.bool_)

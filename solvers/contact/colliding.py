@@ -229,8 +229,7 @@ class Colliding(Wandering):
 
     def pressed(self, x: Floats) -> NDArray[np.bool_]:
         """Which samples (p,) something presses on."""
-        found: NDArray[np.bool_] = self.forces(x)[self.skin.corners :].any(axis=1)
-        return found
+        return np.asarray(self.forces(x)[self.skin.corners :].any(axis=1), dtype=np.bool_)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Minus the forces on all nodes, N."""

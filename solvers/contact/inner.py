@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from softmark.solvers.contact.cutting import Facets
 from softmark.solvers.contact.skin import SAME, triangles
-from softmark.solvers.contact.touching import Touching, node_areas
+from softmark.solvers.contact.touching import Touching, node_areas, thirds
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints
 
@@ -43,3 +44,11 @@ def inner(
     _, areas = node_areas(at_rest, split, ((0, 1, 2),), depth)
     own = np.ones(len(of), dtype=np.bool_) if still is None else ((np.abs(shares) > SAME) & ~still[of]).any(axis=1)
     return replace(touching, A=areas[own], of=of[own], shares=shares[own], at_rest=at_rest[own])
+
+
+def facing(points: Floats, facets: Ints, steps: int, flat: bool = False, depth: float = 0.0) -> Facets:
+    """Facets (f, a) of a surface that may cut in between the points of such a lattice; each point as good as these."""
+    kind: Any = FACETS[facets.shape[1]]
+    split = facets[:, np.array(kind.triangles)].reshape(-1, 3)
+    area = thirds(points, split, depth).reshape(len(facets), -1).sum(axis=1)
+    return Facets(facets, points[facets], area / max(kind.nodes, len(kind.lattice(max(steps, 1)))), flat)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from softmark.solvers.contact.pose import Pose
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.points import Joined
 
 Bools = NDArray[np.bool_]
 TINY = 1e-300  # m: a slip of which the direction is not asked
@@ -116,6 +119,24 @@ class Rubbing(Touching):
     lag: Lag | None = None
     dual: Dual | None = None
     conservative: bool = False
+    gone: Floats | float = 0.0  # (p,) m: how far points had slid before
+
+    each: ClassVar[tuple[str, ...]] = ("sunk", "anchors", "gone")
+
+    def joining(self, extra: Joined | None, x: Floats) -> Self:
+        """With anchors of new points where these were, for nothing held them; of others moved along with them."""
+        found = super().joining(extra, x)
+        if self.anchors is None or found.anchors is None or extra is None:
+            return found
+        pose, new = getattr(self.earlier, "pose", Pose()), found.lasting
+        anchors, gone = found.anchors.copy(), np.broadcast_to(found.gone, len(found.A)).copy()
+        there = anchors[new:] = pose.back(found.places(x)[new:])
+        if self.extra is not None:
+            _, i, j = np.intersect1d(self.extra.which, extra.which, return_indices=True)
+            before = pose.back(self.places(x)[new:])
+            anchors[new + j] = self.anchors[new + i] + there[j] - before[i]
+            gone[new + j] = np.broadcast_to(self.gone, len(self.A))[new + i]
+        return replace(found, anchors=anchors, gone=gone)
 
     @property
     def rubs(self) -> bool:
@@ -190,9 +211,9 @@ class Rubbing(Touching):
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
-    def holding(self, anchors: Floats) -> Rubbing:
-        """The same from other anchors (p, 3), m, on."""
-        return replace(self, anchors=anchors)
+    def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> Rubbing:
+        """The same from other anchors (p, 3), m, on, to which its points have gone so far (p,), m."""
+        return replace(self, anchors=anchors, gone=gone)
 
     def stored(self, x: Floats) -> float:
         """With what points that stick have given way by, J."""

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.points import Points
+from softmark.solvers.contact.points import Joined, Points
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
+    from softmark.solvers.contact.cutting import Facets
     from softmark.solvers.contact.gaps.gap import Gap, Look
 
 SAME = 1e-9  # of shape functions: what is less is nothing
@@ -32,6 +33,7 @@ class Touching(Energy):
     """
 
     driven: ClassVar[bool] = True  # by the share of the load, to which it is not in proportion
+    each: ClassVar[tuple[str, ...]] = ("sunk",)  # what it has of every point, beside these themselves
 
     nodes: Ints
     X: Floats
@@ -47,6 +49,8 @@ class Touching(Energy):
     of: Any = None  # (p, a)
     shares: Any = None  # (p, a)
     at_rest: Any = None  # (p, 3) m: where the points are
+    facing: Facets | None = None  # what may cut in between points: not looked at where it is not given
+    extra: Joined | None = None  # the last ones of the points, which have joined the others, in front of planes
 
     def __post_init__(self) -> None:
         """Where no points are given, these are the nodes."""
@@ -59,7 +63,32 @@ class Touching(Energy):
     @property
     def points(self) -> Points:
         """What is kept clear."""
-        return Points(self.of, self.shares, self.A)
+        return Points(self.of, self.shares, self.at_rest, self.A)
+
+    @property
+    def lasting(self) -> int:
+        """How many points have not joined others."""
+        return len(self.A) - (0 if self.extra is None else len(self.extra))
+
+    def joining(self, extra: Joined | None, x: Floats) -> Self:
+        """The same with other points that have joined, which were somewhere in the state x that it is started from."""
+        points, new = self.points.some(np.arange(self.lasting)), 0 if extra is None else len(extra)
+        own: dict[str, Any] = {n: _kept(getattr(self, n), self.lasting, new) for n in self.each}
+        points = points if extra is None else points.and_(extra.points)
+        return replace(self, of=points.of, shares=points.shares, at_rest=points.X, A=points.A, extra=extra, **own)
+
+    def pressed(self, x: Floats) -> Ints:
+        """Which parts of the surface points have joined of that something presses on in a state (k,)."""
+        if self.extra is None:
+            return np.zeros(0, dtype=np.int64)
+        return self.extra.which[self.pressures(x)[self.lasting :] > 0.0]
+
+    def shed(self, x: Floats) -> Self:
+        """The same without points that have joined and that nothing presses on in a state."""
+        if self.extra is None:
+            return self
+        on = np.isin(self.extra.which, self.pressed(x))
+        return self if on.all() else self.joining(self.extra.some(np.flatnonzero(on)) if on.any() else None, x)
 
     @cached_property
     def carried(self) -> Ints:
@@ -94,7 +123,7 @@ class Touching(Energy):
     def add_towed(self, x: Floats, to: Gap, change: Floats) -> None:
         """Add how the gradient changes (dofs,), N, to first order, where the body goes `to` a place and nodes stay."""
         g, n, _ = self.look(x)
-        moved = to.gap(self.places(x)) + self.sunk - g
+        moved = self._gaps(to, self.places(x)) - g
         self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
 
     def spread(self, push: Floats, g: Floats) -> None:
@@ -239,14 +268,44 @@ class Touching(Energy):
         return found
 
     def _looked(self, where: Floats) -> Look:
-        g = self.body.gap(where) + self.sunk
+        g = self._gaps(self.body, where)
         n, H = np.zeros((len(g), 3)), np.zeros((len(g), 3, 3))
         near = g < self.barrier.distance
+        near[self.lasting :] = False
         if near.any():
             _, n[near], H[near] = self.body.look(where[near])
-            if self.flat:
-                n[:, 2] = H[:, 2] = H[:, :, 2] = 0.0
+        if self.extra is not None:
+            n[self.lasting :] = self.planes(self.body)[1]
+        if self.flat:
+            n[:, 2] = H[:, 2] = H[:, :, 2] = 0.0
         return g, n, H
+
+    def _gaps(self, body: Gap, where: Floats) -> Floats:
+        """Of its points (p, 3), m, to a body (p,), m: of those that have joined to their planes."""
+        g = body.gap(where) + self.sunk
+        if self.extra is not None:
+            c, n = self.planes(body)
+            g[self.lasting :] = (
+                np.einsum("pi,pi->p", where[self.lasting :] - c, n)
+                + np.broadcast_to(self.sunk, g.shape)[self.lasting :]
+            )
+        return g
+
+    def planes(self, body: Gap) -> tuple[Floats, Floats]:
+        """Of points that have joined: points of planes (p, 3), m, and normals (p, 3), where a body has them."""
+        assert self.extra is not None
+        pose = getattr(body, "pose", None)
+        if pose is None:
+            return self.extra.c, self.extra.n
+        c = pose.moved(self.extra.c)
+        return c, pose.moved(self.extra.c + self.extra.n) - c
+
+
+def _kept(values: Any, lasting: int, new: int) -> Any:
+    """Values of the first points (p, ...), and nothing for new ones; one number for all of them stays."""
+    if values is None or np.ndim(values) == 0:
+        return values
+    return np.concatenate([values[:lasting], np.zeros((new, *values.shape[1:]))])
 
 
 def node_areas(
@@ -258,13 +317,19 @@ def node_areas(
     integrals of linear shape functions over whole rings.
     """
     split = facets[:, np.array(triangles)].reshape(-1, 3)
+    third = thirds(points, split, depth).ravel()
+    found = np.bincount(split.ravel(), third, minlength=len(points)).astype(np.float64)
+    nodes = np.unique(split)
+    return nodes, found[nodes]
+
+
+def thirds(points: Floats, split: Ints, depth: float = 0.0) -> Floats:
+    """Integrals of linear shape functions over flat triangles (t, 3), or whole rings of them (t, 3), m^2."""
     a, b, c = (points[split[:, i]] for i in range(3))
-    third = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0, 3)
+    found: Floats = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0, 3).reshape(-1, 3)
     if depth:
         from softmark.solvers.energies.revolved import around
 
         r = points[split, 0]
-        third *= around(0.25 * (r + r.sum(axis=1, keepdims=True)), depth).ravel()
-    found = np.bincount(split.ravel(), third, minlength=len(points)).astype(np.float64)
-    nodes = np.unique(split)
-    return nodes, found[nodes]
+        found = found * around(0.25 * (r + r.sum(axis=1, keepdims=True)), depth)
+    return found

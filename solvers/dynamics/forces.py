@@ -60,7 +60,9 @@ class Forces:
 
         known: list[Any] = list(self.contacts)
         slots = self.pattern.slots[len(self.internal) + len(self.loads) :]
-        return Impact(known, courses, slots, meets)
+        number = np.full(self.dofs, -1)
+        number[self.free] = np.arange(len(self.free))
+        return Impact(known, courses, slots, meets, lambda stencils: self.pattern.places(number, stencils))
 
     @property
     def turns(self) -> bool:

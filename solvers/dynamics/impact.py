@@ -19,7 +19,8 @@ the end of a step, the other does to it, at the same place.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from softmark.records import dataclass
 from softmark.solvers.contact.pose import Posed
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting
-from softmark.solvers.dynamics.scheme import StepFailed, TooSoft
+from softmark.solvers.dynamics.scheme import CutsIn, StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 STIFFER = 8.0  # times: the barrier that an impact has closed
 FLIGHT = 4.0  # steps without contact: fewer are none
 PRESSED = 1e-6  # of the largest pressure: what is less is no contact
+ROUNDS = 8  # of more points in a step, at most: what still cuts in then stays
 STIFFEST = 1e9  # times what it was: more is no barrier for double precision
 
 
@@ -52,19 +54,20 @@ class Impact:
         courses: Sequence[Course],
         slots: Sequence[Ints],
         meets: Sequence[Wandering] = (),
+        couple: Callable[[Ints], Ints] | None = None,
     ) -> None:
         self.contacts: list[Any] = list(contacts)
         self.meets: list[Any] = list(meets)
-        self.courses, self.slots = tuple(courses), tuple(slots)
+        self.courses, self.slots = tuple(courses), list(slots)
         self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)  # unknowns of theirs
         self.rubs = any(c.rubs for c in (*contacts, *meets))
-        self.slid: list[Floats | float] = [0.0 for _ in contacts]  # how far each node has slid in all (m,), m
         self._met: list[Floats | float] = [0.0 for _ in meets]  # and each sample of surfaces that both deform
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
         self.mass = 0.0  # kg, of the body that deforms
         self.surfaces = Surfaces(self.contacts)
+        self.couple, self._rounds = couple, 0  # where entries of stencils go in the tangent: without it no points join
         self._shares: tuple[float, ...] = ()
 
     def at(self, time: float) -> Touches:
@@ -82,7 +85,7 @@ class Impact:
 
     def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Note whether there is contact after an accepted step, and how fast the centre of mass is."""
-        here = self.at(motion.time)
+        here, self._rounds = self.at(motion.time), 0
         rubbed = tuple(self._settled(i, c, motion.x) for i, c in enumerate(here.posed) if c.rubs)
         rubbed += tuple(self._left(i, c, motion.x) for i, c in enumerate(self.meets) if c.rubs)
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
@@ -95,6 +98,11 @@ class Impact:
             acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
         self.surfaces.follow(here.posed, motion.x, step)
         self.mass = mass
+        for i, contact in enumerate(self.at(motion.time).posed):  # what presses no more goes
+            if contact.extra is not None:
+                left = replace(contact, earlier=contact.body).shed(motion.x)
+                if left.extra is not contact.extra:
+                    self._take(i, left)
         self.log.append(Seen(motion.time, touches, momentum / mass, driven, rubbed, acts))
 
     def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:
@@ -102,20 +110,21 @@ class Impact:
         pressures, held = here.pressures(x), ~here.slip(x).slides
         p = here.A * pressures
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
-        area = float(here.A[held & (pressures > PRESSED * pressures.max(initial=0.0))].sum())
-        self.slid[i], lost = self.slid[i] + here.slid(x), here.lost(x)
-        self.contacts[i] = self.contacts[i].holding(here.settled(x))
-        return Rubbed(float(np.max(np.where(p > 0.0, self.slid[i], 0.0), initial=0.0)), sticks, area, lost)
+        sticking = held & (pressures > PRESSED * pressures.max(initial=0.0)) & (np.arange(len(p)) < here.lasting)
+        gone, lost = here.gone + here.slid(x), here.lost(x)
+        self.contacts[i] = self.contacts[i].holding(here.settled(x), gone)
+        slip = float(np.max(np.where(p > 0.0, gone, 0.0), initial=0.0))
+        return Rubbed(slip, sticks, float(here.A[sticking].sum()), lost)
 
     def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
         """The same of surfaces that both deform."""
         hold = here.hold(x)
-        since, slid, _ = here.settled(x)
+        since, slid, heat = here.settled(x)
         N = hold.N
         sticks = float(N[~hold.slip(x, here.friction).slides].sum() / N.sum()) if N.any() else None
         self._met[i] = whole = self._met[i] + slid
         self.meets[i] = here.holding(since)
-        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks)
+        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks, heat=heat)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""
@@ -125,6 +134,31 @@ class Impact:
         for i, contact in enumerate(here.posed):
             if contact.gaps(end.x).min(initial=1.0) <= 0.0:
                 self._stiffen(i)
+        self._join(start, end, here)
+
+    def _join(self, start: Motion, end: Motion, here: Touches) -> None:
+        """Raises CutsIn where facets end behind a rigid surface between points: with more of them the step is new."""
+        if self.couple is None or self._rounds > ROUNDS or all(c.facing is None for c in here.posed):
+            return
+        from softmark.solvers.contact.cutting import MOST, cuts, off
+
+        last = self._rounds == ROUNDS  # then what presses on nothing goes
+        before, found = self.at(start.time), False
+        for i, contact in enumerate(here.posed):
+            extra = None if last else cuts(contact, end.x)
+            if extra is None and not (last and off(contact, end.x, MOST)):
+                continue
+            found = True
+            known = replace(self.contacts[i], earlier=before.posed[i].body)
+            self._take(i, known.joining(extra, start.x))
+        self._rounds += 1
+        if found:
+            raise CutsIn("facets of the surface end behind a rigid one")
+
+    def _take(self, i: int, contact: Any) -> None:
+        """A contact with other points."""
+        assert self.couple is not None
+        self.contacts[i], self.slots[i] = contact, self.couple(contact.stencils)
 
     def _stiffen(self, i: int) -> None:
         """Raises TooSoft, or StepFailed where it is stiff enough for anything."""
@@ -141,14 +175,14 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `lost` what
-    has become heat over the step before, J.
+    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `heat` what
+    friction has made of the step that ends, J.
     """
 
     slip: float
     sticks: float | None
     area: float = 0.0
-    lost: float = 0.0
+    heat: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -218,7 +252,9 @@ class Touches:
     """All contacts at one time: with rigid bodies, and of surfaces that both deform."""
 
     def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[Wandering] = ()) -> None:
-        self.posed, self.slots, self.meets = posed, slots, meets
+        self.slots = slots
+        self.posed: list[Any] = list(posed)  # with friction or without
+        self.meets: list[Any] = list(meets)
 
     @property
     def every(self) -> tuple[Any, ...]:
@@ -232,11 +268,11 @@ class Touches:
 
     def value(self, x: Floats) -> float:
         """What the barriers store, J; infinite where surfaces that both deform intersect."""
-        return sum(c.value(x) for c in self.every)
+        return sum(float(c.value(x)) for c in self.every)
 
     def stored(self, x: Floats) -> float:
         """What they give back, J: with friction less than their value."""
-        return sum(c.stored(x) for c in self.every)
+        return sum(float(c.stored(x)) for c in self.every)
 
     def lost(self, x: Floats) -> float:
         """What friction turns into heat over a step that ends in x, J."""
@@ -245,11 +281,10 @@ class Touches:
     def lagged(self, x: Floats, before: Touches | None = None) -> Touches:
         """With an energy, by pressures of a state, of which those `before` were the law."""
         was = self if before is None else before
-        rigid, soft = (
-            [c.known(x, b) if c.rubs else c for c, b in zip(own, others, strict=True)]
-            for own, others in ((self.posed, was.posed), (self.meets, was.meets))
-        )
-        return Touches(rigid, self.slots, soft)
+        both: Any = zip(self.every, was.every, strict=True)
+        each: list[Any] = [c.known(x, b) if c.rubs else c for c, b in both]
+        count = len(self.posed)
+        return Touches(each[:count], self.slots, each[count:])
 
     def gradient(self, x: Floats) -> Floats:
         """Minus the forces on all degrees of freedom (dofs,), N."""
@@ -264,7 +299,7 @@ class Touches:
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has no place in it."""
+        """J (free, free) with scale times the stiffness of surfaces that meet, which couples what has none in it."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J
@@ -275,7 +310,7 @@ class Touches:
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the forces, N."""
-        return sum(c.rounding(x) for c in self.every)
+        return sum(float(c.rounding(x)) for c in self.every)
 
     def places(self, x: Floats) -> list[Place]:
         """Where the points are as seen from each rigid body."""
@@ -288,7 +323,7 @@ class Touches:
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
         both = zip(self.posed, since.posed, strict=True)
-        return sum(c.work(x, s) for c, s in both if c.share != s.share)
+        return sum(float(c.work(x, s)) for c, s in both if c.share != s.share)
 
 
 LOOKS = 64  # along the way of a point that may have gone through

@@ -24,15 +24,15 @@ MOST = 800  # states of surfaces that are kept: of more, every second, and so on
 class Acting:
     """What a contact does to the body that deforms over a `step`, s.
 
-    `force` (3,), N; `moments` (2, 3), N m about the origin, of arms as they are and as they are at rest; `middles`
-    (2, 3), m, of its forces by their `sizes`, likewise, N in all. Where the step ends: `gap`, the least, and `left`,
-    the mean where it presses, m.
+    `force` (3,), N; `moments` (2, 3), N m about the origin, of arms as they are and as they are at rest; `size`, N, the
+    sum of the sizes of its forces, and `arms` (2, 3), N m, that of sizes times arms, likewise. Where the step ends:
+    `gap`, the least, and `left`, the mean where it presses, m.
     """
 
     force: Floats
     moments: Floats
-    middles: Floats
-    sizes: float
+    size: float
+    arms: Floats
     gap: float
     left: float
     step: float = 0.0
@@ -42,8 +42,9 @@ class Acting:
         old, new = given[0] * before.step / step, given[1]
         if not old:
             return replace(self, step=step)
-        moments = old * before.moments + new * self.moments
-        return replace(self, force=old * before.force + new * self.force, moments=moments, step=step)
+        names = ("force", "moments", "size", "arms")
+        both = {name: old * getattr(before, name) + new * getattr(self, name) for name in names}
+        return replace(self, step=step, **both)
 
 
 def acting(contact: Any, x: Floats) -> Acting:
@@ -53,8 +54,8 @@ def acting(contact: Any, x: Floats) -> Acting:
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])
-    middles = np.array([sizes @ arm for arm in arms]) / ((size := float(sizes.sum())) or 1.0)
-    return Acting(push.sum(axis=0), moments, middles, size, float(gaps.min(initial=np.inf)), left)
+    middles = np.array([sizes @ arm for arm in arms])
+    return Acting(push.sum(axis=0), moments, float(sizes.sum()), middles, float(gaps.min(initial=np.inf)), left)
 
 
 def in_time(steps: Floats, values: Floats) -> Floats:

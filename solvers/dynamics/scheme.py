@@ -109,6 +109,10 @@ class TooSoft(StepFailed):
     """A step has ended with a point behind a rigid surface; a stiffer barrier may keep it clear."""
 
 
+class CutsIn(TooSoft):
+    """A step has ended with facets behind a rigid surface; more points that are kept clear may end that."""
+
+
 class StepTooLong(Exception):
     """The step asked for exceeds the `critical` one (s) of an explicit integrator, its safety included."""
 

@@ -39,16 +39,16 @@ def hardened(newton: Newton, x: Floats, load: float) -> Floats:
 def fallen(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
     """The equilibrium at a load that energy falls to; with pressures as unknowns that to which whole steps lead.
 
-    No energy falls on the way in and out of contact then, and where forces have to, which they do of the `first`
-    stiffness alone, steps are short: smaller changes of stiffness lead there sooner. Raises NotConverged.
+    No energy falls on the way in and out of contact then, and where forces have to, steps are short. So where whole
+    ones lead out of the domain of the law, of all but the `first` stiffness, a smaller change of stiffness is sooner
+    there. Raises NotConverged.
     """
-    if not newton.assembly.saddle:
-        return newton.descend(x, load)
-    try:
-        return newton.whole_steps(x, STEPS, load, WHOLE)
-    except NotConverged:
-        if not first:
-            raise
+    if newton.assembly.saddle:
+        try:
+            return newton.whole_steps(x, STEPS, load, WHOLE)
+        except NotConverged:
+            if not first and newton.history[-1].length < WHOLE:
+                raise
     return newton.descend(x, load)
 
 

@@ -76,6 +76,7 @@ class Equilibrium:
     condition: float | None = None  # of the scaled tangent, estimated from below; None: no direct factor
     rounding: float | None = None  # relative error that rounding may leave in the state, as far as that is known
     left: Floats | None = None  # (dofs,) the step that would come next, by the last factor; None: no factor is at hand
+    beside: tuple[Any, ...] = ()  # contacts with rigid bodies as they are in it
 
     @property
     def iterations(self) -> int:

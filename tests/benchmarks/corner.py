@@ -29,11 +29,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "solvers"))
 STEP, PARTS, EVERY = 5e-4, 24, 100
 
 
-def main(steps: int, integrator: str) -> None:
+def main(steps: int, integrator: str, uncut: bool = True, friction: float = 0.0) -> None:
     """What came of it, in a line or two."""
     from test_impact import dropped
 
-    problem, edge = dropped(_law, _elastic, integrator)
+    problem, edge = dropped(_law, _elastic, integrator, uncut, friction)
     impact = Impact([e for e in problem.assembly.loads if isinstance(e, Touching)], problem.courses[1:], ())
     known: dict[str, Any] = {"number": 0, "least": np.inf, "cut": 0.0}
 
@@ -81,5 +81,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("steps", type=int, nargs="?", default=10000)
     parser.add_argument("integrator", nargs="?", default="implicit_euler", choices=[*INTEGRATORS])
+    parser.add_argument("--cut", action="store_true", help="keep the points clear that are there at first, and no more")
+    parser.add_argument("--friction", type=float, default=0.0, help="of the box")
     asked = parser.parse_args()
-    main(asked.steps, asked.integrator)
+    main(asked.steps, asked.integrator, not asked.cut, asked.friction)

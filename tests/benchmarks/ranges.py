@@ -2,7 +2,7 @@
 
 `dsl stress beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes its part of
 `interpreter/cli/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
-indentation, and not those of its models.
+indentation, and not those of its models; `tied=one` is a word that the model `one` alone is about.
 """
 
 from __future__ import annotations
@@ -21,7 +21,11 @@ def main(file: str, seconds: str, *words: str) -> None:
     scene = softmark.load(stress["scene"]["file"])
     constructors = {name: declared.constructor.name for name, declared in scene.scene.of_kind("model").items()}
     found = ranges.ranges_of(stress, constructors, float(seconds))
-    found |= {"words": words} if words else {}
+    said = [(word, model) for word, _, model in (each.partition("=") for each in words)]
+    found |= {"words": [word for word, _ in said]} if words else {}
+    if any(model for _, model in said):
+        for own in found["models"]:
+            own["words"] = [word for word, model in said if model in ("", own["model"])]
     path = Path(ranges.__file__).with_name(ranges.FILE)
     others = [study for study in json.loads(path.read_text(encoding="utf-8")) if study["scene"] != found["scene"]]
     path.write_text(json.dumps([*others, found], indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

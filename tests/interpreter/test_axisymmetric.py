@@ -313,6 +313,7 @@ study    edges = stability(over = [nu, four.element], models = [four], metric = 
             assert "0 silent" in done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_every_formulation_of_every_element_is_vouched_for() -> None:
     """A disc of two materials near incompressibility, pressed: forces found again by other formulas, and all alike.

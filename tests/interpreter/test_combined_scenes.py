@@ -68,6 +68,7 @@ def test_a_probe_throughout_it_has_no_more_cells_than_in_another_body(asked: lis
     assert asked[-1] == pytest.approx((6.0 * volume / 5000) ** (1 / 3), rel=0.02)  # and not 0.8 mm
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(not all(map(find_spec, ("manifold3d", "pytetwild"))), reason="needs `solids`, `meshing`")
 def test_the_stated_error_holds_that_of_the_facets(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -348,6 +348,7 @@ def generated(lines: int) -> str:
     return "\n".join(text) + "\n"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_ten_thousand_lines() -> None:
     """Nothing grows with the square of the length: a check takes some 2 s of CPU, most of it for parsing."""

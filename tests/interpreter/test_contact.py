@@ -38,6 +38,7 @@ def pressed(element: str, size: float, strain: str, how: dict[str, str]) -> str:
     return PRESSED.format(element=element, size=size, strain=strain, **how)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_state_is_what_it_is_however_it_is_reached() -> None:
     """Without friction there is one equilibrium: at once and from state to state agree to the tolerance of a state."""
@@ -125,6 +126,7 @@ def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> N
     assert "goes through the surface in one step" in str(found.message)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 1.0), ("quad8", 1.0)])
 def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(element: str, size: float) -> None:
@@ -142,6 +144,7 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
     assert statistics.median(found) <= 10.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 0.5), ("quad8", 1.0)])
 def test_the_stated_errors_of_area_and_pressure_hold(element: str, size: float) -> None:

@@ -20,6 +20,7 @@ metric   push  = force(touch, along = -z)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("to", "share"), [(15.0, 1.0), (12.0, 1.25)])
 def test_facets_may_be_more_than_what_is_selected(to: float, share: float) -> None:
     """Facets are 5 mm wide: those up to x = 15 mm take part for 12 mm, which is a part of the error."""
@@ -69,3 +70,30 @@ def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> Non
         if told:
             assert "W660" in stated.doubts
             assert stated.value is not None or "times the area and the greatest pressure" in str(stated.reason)
+
+
+GLUED = """softmark 1
+material foam = linear_elastic(young = 100 kPa, poisson = 0, density = 1000 kg/m^3)
+body     both = plane_strain(apart(
+    quadrilateral((0, 0, 0) mm, (10, 0, 0) mm, (10, 10, 0) mm, (0, 10, 0) mm),
+    quadrilateral((0, 10, 0) mm, (10, 10, 0) mm, (10, 20, 0) mm, (0, 20, 0) mm), coarser = 0.7),
+    foam, thickness = 10 mm)
+support  floor = fixed(both, where = y <= 0 mm)
+support  lid   = displaced(both, where = y >= 20 mm, by = (0, -0.5, 0) mm)
+contact  joint = tied(both, where = y >= 10 mm and y <= 10 mm, stiffness = {stiff} Pa/m)
+model    quads = fem(quad4, strain = small, size = 5 mm)
+metric   push  = force(lid, along = -y)
+"""
+
+
+@pytest.mark.parametrize(("stiff", "given"), [(4e7, 1 / 9), (4e9, 1 / 801)])
+def test_a_joint_that_gives_way_is_part_of_the_error(stiff: float, given: float) -> None:
+    """Of 250 mN, E d / (2 a) a w: springs in line with a column of 5e6 Pa/m take 5e6 / (5e6 + stiffness)."""
+    loaded = loads(GLUED.format(stiff=stiff))
+    report = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(stated=("quads",)))
+    model = report.models["quads"]
+    found, stated = model.metrics["push"].value, model.stated["push"]
+    assert found == pytest.approx(0.25 * (1.0 - given), rel=1e-6)
+    assert stated.parts["joint"] == pytest.approx(0.25 * given, rel=1e-6)
+    assert stated.value is not None
+    assert stated.value >= 0.25 * given * (1.0 - 1e-6)

@@ -125,6 +125,7 @@ def test_on_a_flat_face_it_is_the_traction_along_it_alone() -> None:
         assert getattr(tension.loads["pull"], name) == pytest.approx(getattr(traction.loads["pull"], name), rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_body_of_revolution_is_pulled_along_its_axis_or_all_around() -> None:
     """Beside the cavity of a large ball: the exact solution of it, by elements that know nothing of it."""
@@ -239,6 +240,7 @@ def test_a_solid_that_varies_is_refused() -> None:
 # ------------------------------------------------------------------ what is held against them
 
 
+@pytest.mark.slow
 def test_stress_is_held_against_theory() -> None:
     """A hole in plane stress: hoop stress, strain across, and the difference relative to the tensor that is right."""
     text = PLATE + "metric hoop = stress(place, component = xx)\nmetric thin = strain(place, component = zz)\n"

@@ -45,6 +45,7 @@ def run(text: str, name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     return model.solve, {key: np.array(values) for key, values in model.solve["rigid"][name].items()}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("integrator", ["trapezoidal", "generalized_alpha"])
 def test_a_plate_on_a_column_is_a_mass_on_a_spring(integrator: str) -> None:
@@ -88,6 +89,7 @@ def test_what_a_ball_gives_a_block_takes(integrator: str) -> None:
     assert solve["energy"]["gain"] < (1e-9 if integrator == "implicit_euler" else 2.5e-3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("integrator", ["trapezoidal", "bdf2"])
 def test_a_top_without_torque(integrator: str) -> None:

@@ -44,6 +44,7 @@ def test_a_report_tells_of_impacts_and_energies(tmp_path: Path, report_of: Calla
     assert set(energies["contact_work"]) == {0.0}
 
 
+@pytest.mark.slow
 def test_a_wall_follows_its_course_and_works(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """A wall that comes at .1 m/s brings 1/2 m (2 v)^2 = 8e-5 J to a bar of 4 g at rest: to 10 %, of which the
     integrator has lost what is missing."""

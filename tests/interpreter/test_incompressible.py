@@ -56,6 +56,7 @@ def test_forms_agree_and_say_nothing_of_locking() -> None:
     assert all(m.solve["iterations"] < 15 for m in report.models.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", ["0.4999", "0.499999999", "0.5"])
 def test_the_limit_in_a_scene(nu: str) -> None:
     """From 0.4999 to 0.5 the drop moves by less than 1e-3, as 1/K does; every state is stable and refined."""

@@ -70,6 +70,7 @@ def across(law: str, nu: float, way: str) -> float:
     return float(brentq(stress, 0.05, 1.0, xtol=1e-14))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.5])
 @pytest.mark.parametrize("law", ["neo_hookean", "stable_neo_hookean", "neo_hookean_isochoric"])

@@ -91,6 +91,7 @@ def test_a_moved_support_ends_where_it_is_moved_to() -> None:
 # ------------------------------------------------------------------ what it overshoots
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("course", "overshoot", "tolerance"),
     [
@@ -300,6 +301,7 @@ def test_numerical_damping_is_in_the_ledger() -> None:
 STEADY = "analysis time = dynamic(duration = {end} s, step = {step} s, integrator = {name})\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["trapezoidal", "generalized_alpha", "bdf2", "midpoint"])
 def test_a_pulse_between_two_steps_moves_the_body(name: str) -> None:
     """A pulse of 0.6 of a step, between two, against one of the same impulse that fills a step: 2 % of the swing.

@@ -59,6 +59,7 @@ def test_a_swing_in_three_dimensions_is_that_of_another_program(
         np.testing.assert_allclose(tip, place, atol=0.4)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_swing_in_three_dimensions_is_that_of_a_solid() -> None:
     """Elements of second order over the section, corotational: to 0.5 % of the motion, all of it. Where the bar is

@@ -215,6 +215,7 @@ def test_a_curved_side_stays_where_the_file_has_it(tmp_path: Path) -> None:
     assert places[0] == places[1]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_shapes_load_nothing_of_plane_files(tmp_path: Path) -> None:
     """Neither plane bodies of shapes nor solids of files know of it; a plane body of a file does."""

@@ -78,6 +78,7 @@ def test_a_column_consolidates() -> None:
     assert model.solve["fluid"]["outflow_m3"]["open"] == out
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_steps_are_of_second_order() -> None:
     """Differences of halved steps shrink four times, within a tenth; and cells ten times as fine are right to 1e-4."""
@@ -88,6 +89,7 @@ def test_steps_are_of_second_order() -> None:
         np.testing.assert_allclose(apart[:-1] / apart[1:], 4.0, rtol=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_cells_are_of_second_order() -> None:
     p, U = terzaghi(0.5)
@@ -257,6 +259,7 @@ def pumped(course: str, k: str, loads: str, strain: str = "small", value: str = 
     return report(made, k=k).models["m"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strain", ["small", pytest.param("finite", marks=pytest.mark.slow)])
 def test_what_a_pump_does_is_work(strain: str) -> None:
     """Seepage dissipates what a pump does: works, what is stored and what is lost agree, as forces alone do not."""

@@ -85,6 +85,7 @@ def test_every_line_has_a_chart_with_all_that_it_is_held_against() -> None:
     assert all(f"{name}: at most" in next(iter(descs.values())) for name in ("theory", "other", "quads"))
 
 
+@pytest.mark.slow
 def test_points_beside_the_surface_are_told() -> None:
     report = loads(text(BALL, 0.5).replace("to = (8.0, 0, 0)", "to = (8.0, -8, 0)")).run()
     reason = report.models["quads"].metrics["p"].reason
@@ -112,6 +113,7 @@ def test_no_limit_is_known_of_nothing() -> None:
     assert limitless_pressure(PressureAlong("touch", "top"), case, None, np.zeros((1, 3))) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "count"),
     [(Sphere(1.0), 0), (Punch(1.0, 0.2, 3.0), 0), (RoundedBox((1.0, 1.0, 1.0), 0.2), 0)],

@@ -247,6 +247,7 @@ metric d = displacement(p, along = +x)
 """
 
 
+@pytest.mark.slow
 def test_members_of_very_unequal_stiffness_balance_as_well() -> None:
     """E A of one is 1e4 times that of the next: rounding of positions alone left 3e-5 of the load before.
 

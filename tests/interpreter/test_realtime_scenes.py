@@ -73,6 +73,7 @@ COLLAPSE = "support top = displaced(block, where = x >= 60 mm, by = (-59, 0, 0) 
 HASTY = "analysis motion = dynamic(duration = 100 ms, step = 50 ms, max_iterations = 1, tolerance = 1e-12)\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [COLLAPSE, HASTY], ids=["static", "dynamic"])
 def test_what_is_not_solved_has_no_verdict(more: str) -> None:
     """St Venant-Kirchhoff material pressed flat has no stable state; one Newton iteration solves no nonlinear step."""

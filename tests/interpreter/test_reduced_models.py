@@ -59,6 +59,7 @@ def prepared(text: str, name: str) -> PreparedReduced:
 # ------------------------------------------------------------------ error and cost
 
 
+@pytest.mark.slow
 def test_the_error_falls_as_modes_are_added() -> None:
     """Each further principal field of a smooth curve of states takes away more than a factor 2; measured: 20 or more.
 

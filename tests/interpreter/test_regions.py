@@ -116,6 +116,7 @@ def test_a_compressible_layer_and_an_incompressible_one() -> None:
     assert away(text + held) == pytest.approx(0.023 * 2.0 * 1.3 * 0.4 / (10.0 * 0.7), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_weight_and_mass_are_those_of_each_part() -> None:
     """A stiff bar pushed from rest: its centre moves by F t^2 / (2 M), M of 1000 and of 3000 kg/m^3.
 

@@ -74,6 +74,7 @@ def test_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
     assert slides is False  # nor does the bar of its sections: it goes on below itself
 
 
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("case", ["hostile", "nothing"])
 def test_odd_reports_in_chromium(silicone: Report, case: str, tmp_path: Path) -> None:

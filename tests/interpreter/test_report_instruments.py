@@ -85,6 +85,7 @@ def test_surfaces_of_rounded_bodies_are_theirs(shape: Any) -> None:
     assert 0.99 * shape.volume < volume(X, triangles) < shape.volume  # inscribed: 32 sides of a circle hold 99.4 %
 
 
+@pytest.mark.slow
 def test_a_rigid_body_is_where_its_support_takes_it_in_every_state(ball: Report) -> None:
     shape = ball.models["hexes"].shape
     assert shape is not None

@@ -328,6 +328,7 @@ def test_a_short_round_beam_is_that_of_another_method() -> None:
 # ------------------------------------------------------------------ what must not become a reference
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("methods", [("tet4", "selective"), ("tet4", "hex8")])
 def test_locking_is_refused(methods: tuple[str, str]) -> None:
     """At nu = 0.4999 linear tetrahedra and fully integrated hexahedra lock: they show no order, and differ."""

@@ -79,6 +79,7 @@ model turn = fem(hex8, strain = small, integration = selective, size = 4 mm)"""
     assert report.models["turn"].stated["eta"].parts["model"] > 0.05
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_is_not_stated() -> None:
     models = """model springs = mass_spring(size = 5 mm, stiffness = from_material(), network = hex8)
 model locked = fem(hex8, strain = finite, size = 5 mm)"""
@@ -92,6 +93,7 @@ model locked = fem(hex8, strain = finite, size = 5 mm)"""
     assert "W301" in locked.doubts
 
 
+@pytest.mark.slow
 def test_a_capped_state_states_what_its_cap_left() -> None:
     report = asked("model fast = fem(hex8, strain = corotational, size = 5 mm, cap = 1)", g=3.0)
     said = report.models["fast"].stated["eta"]

@@ -136,6 +136,7 @@ def test_between_guides_a_tendon_is_straight() -> None:
     assert np.linalg.norm(smooth - v) > 0.1 * 0.2
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_in_states_and_in_motion_it_follows_its_course() -> None:
     """At half its tension it is where it is with half; damped from a ramp, it comes to rest there to 10 um."""

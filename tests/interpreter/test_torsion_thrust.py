@@ -30,6 +30,7 @@ metric   pressed = force(grip, along = -x, against = theory)
     return pressed * thrust / (1.0 + pressed), pressed
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_tetrahedra_miss_of_a_thrust_is_of_the_mesh_and_not_of_the_law() -> None:
     """Of Veronda's and Westmann's law 2.7 % at 7 mm, of neo-Hooke's 1.3 %: the same force, and its thrust is half.

@@ -54,6 +54,7 @@ def test_a_single_term_of_shape_relaxes_young_by_a_single_term() -> None:
     np.testing.assert_allclose(found.curve("f").values, 1.5e-3 * np.array(left), rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_bar_creeps_and_a_cantilever_sags_as_the_solid_does() -> None:
     """At 0.1 s creep of the step is 2.3e-5 off at most, of second order; of the shape of a beam all is alike."""

@@ -117,6 +117,7 @@ def test_a_field_of_view_of_ones_own() -> None:
     assert volume.points(np.array([[31.5, 23.5, 16.0]]))[0] == pytest.approx(np.zeros(3), abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "shape"),
     [
@@ -144,6 +145,7 @@ def test_the_chain_is_right_to_a_fraction_of_a_voxel(name: str, shape: trimesh.T
     assert signed_volume(found.points, found.triangles) == pytest.approx(volume, rel=5e-3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_chain_on_a_beam_that_is_bent_along_a_known_arc() -> None:
     # The wall is a torus, so the distance needs no triangles. The mesh that is scanned lies 0.01 mm inside of it.

@@ -42,12 +42,6 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
         "test_round_bodies_have_the_force_of_their_section": ("tube",),
         "test_states_of_stretch_are_those_of_one_mesh": ("confined",),
     },
-    "tests/interpreter/test_incompressible.py": {
-        "test_the_limit_in_a_scene": ("0.4999-",),
-    },
-    "tests/interpreter/test_large_stretch.py": {
-        "test_three_times_its_length_in_every_formulation": ("isochoric-0.4999-equibiaxial",),
-    },
     "tests/interpreter/test_line_loads.py": {
         "test_nodes_take_what_halving_without_faces_finds": ("tet4", "hex8"),
     },
@@ -57,15 +51,11 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_metrics_surfaces.py": {
         "test_concentric_spheres_are_the_difference_of_their_radii_apart": ("nearest",),
     },
-    "tests/interpreter/test_motion_scenes.py": {
-        "test_a_pulse_between_two_steps_moves_the_body": ("bdf2",),
-        "test_overshoot": ("sudden",),
-    },
     "tests/interpreter/test_parts.py": {
-        "test_areas_on_flat_faces": ("0.0003803644523140433-hex8", "0.00012-tet4", "0.00012-hex8"),
-        "test_bands_and_segments_on_a_cylinder": ("tet10",),
+        "test_areas_on_flat_faces": ("0.0003803644523140433-hex8", "0.00012-tet4"),
+        "test_bands_and_segments_on_a_cylinder": ("hex8",),
         "test_cut_by_a_plane_the_sphere_has_the_area_of_its_facets": ("tet4", "hex8"),
-        "test_random_selections_are_those_of_samples_and_of_the_watchdog": ("2", "7"),
+        "test_random_selections_are_those_of_samples_and_of_the_watchdog": ("2",),
         "test_selections_along_a_sphere_take_all_of_it": ("hex8-2", "tet4-2"),
         "test_the_surface_of_a_cylinder_itself": ("x >= 20 mm", "y >= 4 mm"),
     },
@@ -86,14 +76,12 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "tests/interpreter/test_report_browser.py": {
         "test_in_chromium": ("1280",),
-        "test_odd_reports_in_chromium": ("hostile",),
     },
     "tests/interpreter/test_sandbox.py": {
         "test_no_value_is_run": ("HOME",),
     },
     "tests/interpreter/test_self_converged.py": {
         "test_a_pressed_column": ("methods1",),
-        "test_locking_is_refused": ("methods0",),
     },
     "tests/interpreter/test_stated_finer.py": {
         "test_a_mesh_from_a_file_has_one": ("tet4",),
@@ -258,9 +246,6 @@ QUICK: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_pressure_along.py": {
         "test_sharp_edges_and_tips_are_told": ("punch", "cylinder(radius = 5"),
     },
-    "tests/interpreter/test_contact_notes.py": {
-        "test_facets_may_be_more_than_what_is_selected": ("12.0",),
-    },
     "tests/interpreter/test_frequency.py": {
         "test_solids_have_those_of_another_code_on_the_same_mesh": ("hex8", "tet4"),
     },
@@ -306,10 +291,16 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
     "tests/interpreter/test_codes.py": {
         "test_examples": (
             "W318", "W361", "W362", "W659", "W388", "W630", "E631", "E520", "W371", "W352", "W368", "W315",
+            # each of them has a golden message as well, which is quick
+            "W384", "W393", "E632", "E412", "W305", "W337", "W394", "W389", "W345", "W356", "W367", "W314",
+            "E383", "W387", "W357", "W319", "W341", "W324", "W336", "E324", "W391", "W613", "W353",
         ),
     },
     "tests/interpreter/test_diagnostics.py": {
-        "test_golden": ("load-border-along-surface", "support-thin-skin", "contact-cut-in"),
+        "test_golden": (
+            "load-border-along-surface", "support-thin-skin", "contact-cut-in", "line-load-looked-at",
+            "fem-start-fails",
+        ),
     },
     "tests/interpreter/test_fuzz_corpus.py": {"test_what_broke_a_promise_keeps_it": ("comparison-long", "sweep-long")},
     "tests/interpreter/test_hostile_texts.py": {"test_no_text_steers_the_terminal": ("command3-",)},

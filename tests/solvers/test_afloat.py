@@ -114,13 +114,16 @@ def test_forces_of_a_free_body_are_derivatives_and_balance(parts: int) -> None:
     assert touch.gaps(x).min() < 0.8
 
 
-def test_friction_of_a_free_body_is_a_derivative_and_balances() -> None:
+@pytest.mark.parametrize("parts", [1, 2])
+def test_friction_of_a_free_body_is_a_derivative_and_balances(parts: int) -> None:
     """With a lag: central differences to 1e-8 of the largest, of points that stick and that slide; and no resultant."""
     rng = np.random.default_rng(3)
     gap: Any = gap_of(Cylinder(L, R, AXIS, AT))
     volume: Any = volume_of(gap)
     points = volume.middle + 0.5 * rng.standard_normal((9, 3))
     touching = Touching(np.arange(9), points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
+    if parts > 1:
+        touching = inner(touching, points, np.arange(9).reshape(3, 3), parts)
     body = Free(27, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
     chart = Bodies([body])
     held = afloat(rubbing(touching, 0.5, lambda share: Pose()), chart, 0)

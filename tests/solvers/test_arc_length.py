@@ -174,6 +174,7 @@ def compressible_sphere(stretch: float, material: Any) -> float:
     return -radial / stretch**2  # nominal to true
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_thick_sphere_is_blown_up_past_its_greatest_pressure() -> None:
     """nu = 0.45, so that linear hexahedra do without more than a centre for the volume; judged by shooting.

@@ -116,6 +116,7 @@ def test_no_body_or_two_are_refused(shape: Combined, code: str) -> None:
     assert refused.value.code == code
 
 
+@pytest.mark.long
 @needs_both
 @pytest.mark.slow
 def test_cells_are_finer_where_a_condition_holds() -> None:

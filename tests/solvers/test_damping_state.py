@@ -108,6 +108,7 @@ def test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_th
     assert not report.models["cells"].solve["halved"]
 
 
+@pytest.mark.long
 @pytest.mark.slow  # the one step takes seconds, halved as often as it is
 def test_damping_that_does_not_settle_fails_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """One iteration at 4 ms leaves it off by a tenth of its force: the step is halved, and the report says so."""

@@ -83,6 +83,7 @@ def test_an_edited_callee_is_never_answered_from_the_cache(package: Path) -> Non
     assert ask(package)[0] == "6.0"
 
 
+@pytest.mark.slow
 def test_without_a_writable_cache_kernels_live_in_memory(package: Path) -> None:
     """A file where the folder should be: permissions do not stop a test that runs as root."""
     blocked = package.parent / "blocked"
@@ -273,6 +274,7 @@ def of(text: str, **names: object) -> str:
     return jit.stamp(names["f"])
 
 
+@pytest.mark.slow
 def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     """The same in every process, too: no address and no order of a set."""
     g, h = (jit.numba.njit(eval(f"lambda x: x * {c}")) for c in (2.0, 3.0))

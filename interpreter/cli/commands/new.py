@@ -28,8 +28,9 @@ def run(parsed: argparse.Namespace) -> int:
     """Print a commented scene, `dsl new > my.scene`, or write it with the files that it reads."""
     templates = {p.stem: p for p in sorted(FOLDER.glob("*.scene"))}
     if parsed.list:
+        width = max(map(len, templates))
         for name, file in templates.items():
-            print(f"{name:10} {_title(file)}")
+            print(f"{name:{width}} {_title(file)}")
         return 0
     if parsed.template not in templates:
         close = nearest(parsed.template, templates)

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.dynamics.trajectory import Trajectory
 
-WHY = "in a motion it is not followed: what contacts do is"
+AXIAL = np.array([0.0, 1.0, 0.0])  # what forces on whole rings around y come to
+WHY = "reactions are those of a state of rest: in a motion what contacts do is followed alone"
 
 
 @dataclass(frozen=True)
@@ -39,19 +40,17 @@ class Followed:
 
     @cached_property
     def _acts(self) -> list[list[Floats]]:
-        """Of each contact (n + 1, ...): forces, moments and middles."""
+        """Of each contact (n + 1, 3): forces, moments, and the middles of the same forces; the origin of none."""
         acts, arm = self._touched.acts, int(self.small)
         found = []
         for k in range(len(self.contacts)):
             own = [seen[k] for seen in acts]
-            each = (
-                np.array([a.force for a in own]),
-                np.array([a.moments[arm] for a in own]),
-                np.array([a.sizes for a in own]),
-                np.array([a.sizes * a.middles[arm] for a in own]),
-            )
-            f, m, size, at = (in_time(self.track.steps, values) for values in each)
-            found.append([f, m, at / np.where(size > 0.0, size, 1.0)[:, None]])
+            each = [(a.force, a.moments[arm], a.arms[arm], np.array([a.size])) for a in own]
+            f, m, arms, size = (in_time(self.track.steps, np.array(values)) for values in zip(*each, strict=True))
+            at = arms / np.where(size > 0.0, size, 1.0)
+            if self.case.depth:
+                f, m, at = f * AXIAL, 0.0 * m, at * AXIAL
+            found.append([f, m, at])
         return found
 
     @property
@@ -107,7 +106,7 @@ class Followed:
         if name not in rubbing:
             return None
         own = self.track.rubbed[i][rubbing.index(name)]
-        return Friction(own.slip, own.sticks or 0.0, own.area, own.lost)
+        return Friction(own.slip, own.sticks or 0.0, own.area, own.heat)
 
 
 class _Touches(Mapping[str, Touch]):

@@ -21,7 +21,7 @@ from softmark.interpreter.models.fem import formulations, levers
 from softmark.interpreter.models.fem.formulations import Unknowns
 from softmark.interpreter.models.fem.start import Start, start_of
 from softmark.interpreter.models.fem.words import LARGE_ANGLE, Fem
-from softmark.interpreter.models.shared import outcome, outside
+from softmark.interpreter.models.shared import crossing, outcome, outside
 from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
 from softmark.interpreter.models.shared.disturbing import Disturbance, disturbance_of, of_solid
 from softmark.interpreter.models.shared.gripping import held_notes
@@ -184,17 +184,17 @@ class PreparedSolid(OnMesh):
         x = self.unknowns.moved(found.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
-        facts = solution.facts | mesh_facts(self.mesh) | outside.crossings(self.beds, x)
-        kept, adrift = outside.kept(self, facts, x)
-        doubts = (*outcome.doubts(self.declared, found), *outside.passing(self.declared, facts), *kept)
+        facts = solution.facts | mesh_facts(self.mesh) | crossing.crossings(self.beds, x)
+        beside = outside.settled(self, found)
+        kept, adrift = outside.kept(self, beside, x)
+        doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        stiffer = found.facts.get("stiffened", 1.0)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
-        met = outside.met(self, u, stiffer)
+        met = outside.met(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
-        modes = about(outside.bare(self, stiffer), found.x, self.mass, self.problem.linear)
+        modes = about(outside.bare(self, beside), found.x, self.mass, self.problem.linear)
         if not found.solved:
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif adrift:
@@ -202,16 +202,16 @@ class PreparedSolid(OnMesh):
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        return replace(seen, carried=cache(lambda: self._carried(found.x, x, stiffer, met["rubbed"])))
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
     def mass(self) -> Any:
         """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
-    def _carried(self, state: Floats, u: Floats, stiffer: float, rubbed: Past) -> carried.Carried:
+    def _carried(self, state: Floats, u: Floats, beside: Mapping[str, Touching], rubbed: Past) -> carried.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
-        beside, assembly = outside.stiffer(self.contacts, stiffer), outside.bare(self, stiffer)
+        assembly = outside.bare(self, beside)
         found = carried.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
         found = carried.bedded(found, self.beds) if self.beds else found
         return outside.touched(found, beside, self, rubbed)
@@ -287,10 +287,11 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     static, parts = at_rest(model, declared, case, workshop)
     if not isinstance(case.analysis, Dynamic):
         return levered(static, workshop, disturbance_of(case))
+    from softmark.interpreter.models.shared.floating import afloat
     from softmark.interpreter.models.shared.motion import in_motion
 
     known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
-    return outside.afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
+    return afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
 
 
 def at_rest(
@@ -311,7 +312,7 @@ def at_rest(
     dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
     beds = outside.beds(case, mesh)
     contacts = outside.contacts(case, mesh)
-    loose = outside.loose(case, mesh, parts, workshop.measured, dofs)
+    loose = outside.loose(case, mesh, parts, workshop.measured, dofs, beds)
     beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
     loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
     assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)

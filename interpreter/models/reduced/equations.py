@@ -201,6 +201,7 @@ class Recovered(Meshed):
     beside: Mapping[str, Any] = field(default_factory=dict)
     rubbed: Mapping[str, Any] = field(default_factory=dict)
     stiffer: float = 1.0
+    joined: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def displacement(self) -> Floats:

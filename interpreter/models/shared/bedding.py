@@ -35,8 +35,11 @@ def beds_on(case: Case, mesh: Mesh) -> dict[str, Bedding]:
     return {bed.name: made(case, bed, mesh) for bed, made in each}
 
 
-def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
-    """What beds see of rigid motions about a centre (r, 6), as `holding` has them: no unit but of lengths."""
+def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
+    """What beds see of rigid motions about a centre (r, 6), as `holding` has them: no unit but of lengths.
+
+    With a node (r,) of the piece of the body that each row is about.
+    """
     from softmark.interpreter.models.beam.rigid import point_rows
 
     for bed in case.beds:
@@ -44,11 +47,11 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[Floats]:
         X = np.einsum("pa,pai->pi", N, mesh.points[facets]) - centre
         if isinstance(bed.thing, Level):
             seen = np.hstack([normal, np.cross(X, normal)])
-            yield seen - seen.mean(axis=0)
+            yield facets[:, 0], seen - seen.mean(axis=0)
         elif bed.thing.directions == "all":
-            yield point_rows(X, (0, 1, 2))
+            yield np.repeat(facets[:, 0], 3), point_rows(X, (0, 1, 2))
         else:
-            yield np.hstack([normal, np.cross(X, normal)])
+            yield facets[:, 0], np.hstack([normal, np.cross(X, normal)])
 
 
 def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:

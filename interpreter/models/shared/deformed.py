@@ -13,6 +13,7 @@ from softmark.solvers.mesh.mesh import Floats, Mesh
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.solvers.contact.gaps.gap import Gap
+    from softmark.solvers.contact.points import Joined
 
 
 @dataclass(frozen=True)
@@ -66,3 +67,4 @@ class Deformed(Meshed):
     beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
     rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
     stiffer: float = 1.0  # times what was begun with were the barriers before them
+    joined: Mapping[str, Joined] = field(default_factory=dict)  # points that are kept clear besides, by contact

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared
@@ -51,6 +52,18 @@ class Held:
     unknowns: int = -1  # how many degrees of freedom there are, where holding them all is refused
     values: dict[int, tuple[float, Declared]] = field(default_factory=dict)
     rows: list[Floats] = field(default_factory=lambda: [np.zeros((0, 6))])
+    nodes: list[Ints] = field(default_factory=lambda: [np.zeros(0, dtype=np.int64)])  # of each row; -1: of any piece
+
+    def see(self, nodes: Ints, rows: Floats) -> None:
+        """Note what is seen of rigid motions by rows (r, 6), each at a node (r,)."""
+        self.nodes.append(nodes)
+        self.rows.append(rows)
+
+    def of(self, piece: NDArray[np.bool_]) -> Floats:
+        """The rows (r, 6) of a piece of the body, of these nodes (n,)."""
+        nodes = np.concatenate(self.nodes)
+        found: Floats = np.concatenate(self.rows)[piece[nodes] | (nodes < 0)]
+        return found
 
     def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str, angle: bool = False) -> None:
         """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
@@ -108,9 +121,10 @@ def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Held:
     return _solid_held(case, mesh, measured, 1.0)
 
 
-def left_free(held: Held, more: list[Floats]) -> list[str]:
-    """Rigid motions that supports, and `more` rows (r, 6) about the same centre, leave free, in words."""
-    return free_motions(_scaled(np.concatenate([*held.rows, *more]), held.extent), held.centre, held.extent)
+def left_free(held: Held, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
+    """Rigid motions of a piece of the body, of these nodes (n,), that supports, and `more` rows (r, 6) about the same
+    centre, leave free, in words."""
+    return free_motions(_scaled(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent)
 
 
 def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
@@ -122,15 +136,17 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
     """What supports hold at a share of their motions. Raises Fault."""
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
-        held.rows.append(np.delete(np.eye(6), 1, axis=0))
+        held.see(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
     if case.beds:
         from softmark.interpreter.models.shared import bedding
 
-        held.rows.extend(bedding.rows(case, mesh, held.centre))
+        for own, seen in bedding.rows(case, mesh, held.centre):
+            held.see(own, seen)
     for support in case.supports:
         nodes = np.nonzero(selected(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh, nodes)
-        held.rows.append(point_rows(mesh.points[nodes] - held.centre, support.thing.components))
+        rows = point_rows(mesh.points[nodes] - held.centre, support.thing.components)
+        held.see(np.repeat(nodes, len(support.thing.components)), rows)
         places = mesh.points[nodes] * (1.0, 1.0, 0.0) if case.planar else mesh.points[nodes]  # all z move as one
         moved = displacements(support, places, measured, share)
         for c in support.thing.components:
@@ -225,11 +241,16 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
     motions = free_motions(_scaled(rows, extent), centre, extent)
     if not motions:
         return
+    raise loosely(case, "it", motions)
+
+
+def loosely(case: Case, what: str, motions: list[str]) -> Fault:
+    """That supports leave a body, or `what` of it, free to do so."""
     at = case.named_supports[0].at() if case.named_supports else case.body.at()
-    raise fault(
+    return fault(
         "E306",
         at,
-        f"the supports of `{case.body.name}` leave it free to {listed(motions)}",
+        f"the supports of `{case.body.name}` leave {what} free to {listed(motions)}",
         "not held enough",
         "hold more components, or more of the body",
     )

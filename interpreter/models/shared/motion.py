@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared import outside
+from softmark.interpreter.models.shared import crossing
 from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case, Fault, Touch
@@ -70,7 +70,7 @@ class PreparedMotion:
     def rubbing(self) -> tuple[str, ...]:
         """Those with friction, and after them pairs that have it."""
         meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
-        return tuple(touch.name for touch in meet if touch.thing.friction)
+        return tuple(touch.name for touch in meet if getattr(touch.thing, "friction", 0.0))
 
     @property
     def beds(self) -> Any:
@@ -170,7 +170,7 @@ class PreparedMotion:
         )
         notes = (
             *_events(self.declared, track),
-            *outside.passing(self.declared, facts),
+            *crossing.passing(self.declared, facts),
             *_unbalanced(self.declared, self.analysis, track),
             *_came_back(self.declared, track, self.problem),
             *_unresolved(self.declared, self.analysis, found),
@@ -212,7 +212,7 @@ class PreparedMotion:
         """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
         if not self.problem.meets:
             return {}
-        known = [outside.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
+        known = [crossing.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
     def _mesh_facts(self) -> dict[str, Any]:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.vocabulary.analyses import Dynamic
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.models.answers.carried import Carried
     from softmark.interpreter.models.shared.grounding import Loose
-    from softmark.interpreter.models.shared.motion import PreparedMotion
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.interpreter.problem.case import Case
@@ -24,6 +21,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.interpolation import Integration
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.equilibrium import Equilibrium
 
 Solid = TypeVar("Solid")
 
@@ -42,28 +40,6 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
     return found
 
 
-def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
-    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
-    from softmark.solvers.energies.energy import Wandering
-
-    found = {}
-    for name in (name for name, bed in beds.items() if isinstance(bed, Wandering)):
-        from softmark.solvers.checks.crossings import crossings as passing
-
-        skin = beds[name].skin
-        found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))
-    return {"crossings": found} if found else {}
-
-
-def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning of every contact whose surfaces pass through each other."""
-    for name, count in facts.get("crossings", {}).items():
-        if count:
-            yield diagnostic("W630", declared.at(),
-                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
-                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip
-
-
 def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     """The energies of its contacts, by name. Raises Fault."""
     if not case.contacts:
@@ -73,38 +49,39 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
     return contacts_on(case, mesh)
 
 
-def afloat(motion: PreparedMotion, case: Case) -> PreparedMotion:
-    """A motion, and of the rigid bodies that are free in it."""
-    if not any(touch.rigid.thing.free for touch in case.contacts):
-        return motion
-    from softmark.interpreter.models.shared.afloat import beside
-
-    return beside(motion, case)
-
-
-def loose(case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int) -> Loose | None:
+def loose(
+    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+) -> Loose | None:
     """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
-    if not case.contacts or isinstance(case.analysis, Dynamic):
+    if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import grounding
 
-    return grounding.loose(case, mesh, parts, measured, dofs)
+    return grounding.loose(case, mesh, parts, measured, dofs, beds)
 
 
-def kept(solid: Any, facts: Mapping[str, Any], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:
+    """The contacts of a solid as an equilibrium has them: barriers may be stiffer, and points have joined."""
+    contacts: dict[str, Touching] = solid.contacts
+    return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
+
+
+def kept(solid: Any, contacts: Mapping[str, Touching], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
     """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
     if solid.loose is None:
         return (), ""
-    stiff = stiffer(solid.contacts, facts["stiffened"])
-    note, adrift = solid.loose.kept(solid.declared, stiff, x)
-    return (note,), adrift
+    from softmark.solvers.energies.energy import Wandering
+
+    pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, Wandering)}
+    notes, adrift = solid.loose.kept(solid.declared, {**contacts, **pairs}, x)
+    return notes, adrift
 
 
-def bare(solid: Any, factor: float) -> Assembly:
-    """What acts on a solid, with barriers so many times as stiff: without the spring that bears nothing in the end."""
+def bare(solid: Any, contacts: Mapping[str, Touching]) -> Assembly:
+    """What acts on a solid, with contacts as they are: without the spring that bears nothing in the end."""
     known: Assembly = solid.assembly
-    if factor != 1.0:
-        known = _acting(known, stiffer(solid.contacts, factor))
+    if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
+        known = _acting(known, contacts)
     return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
 
 
@@ -119,15 +96,10 @@ def keeping(solid: Solid, x: Floats) -> Solid:
     return found
 
 
-def stiffer(contacts: Mapping[str, Touching], factor: float) -> dict[str, Touching]:
-    """Contacts with barriers so many times as stiff."""
-    return {name: contact.stiffer(factor) for name, contact in contacts.items()}
-
-
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
     """The assembly with these contacts in place of its own, which are the last of the loads."""
     plain = assembly.loads[: len(assembly.loads) - len(contacts)]
-    return assembly.acting(assembly.internal, [*plain, *contacts.values()])
+    return assembly.joined([*plain, *contacts.values()])
 
 
 def resumed(made: Solid, before: Moved) -> Solid:
@@ -136,6 +108,8 @@ def resumed(made: Solid, before: Moved) -> Solid:
     if not (before.beside or before.rubbed):
         return made
     beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
+    for name, extra in before.joined.items():
+        contacts[name] = contacts[name].joining(extra, before.displacement.ravel())
     if before.rubbed:
         from softmark.interpreter.models.shared import rubbing
 
@@ -153,11 +127,15 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(solid: Any, u: Floats, factor: float) -> dict[str, Any]:
-    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers."""
-    stiff = stiffer(solid.contacts, factor)
-    remembered = past({**solid.beds, **stiff}, u.ravel(), solid.rubbed)
-    return {"beside": beside(stiff), "stiffer": factor, "rubbed": remembered}
+def met(solid: Any, u: Floats, contacts: Mapping[str, Touching], facts: Mapping[str, Any]) -> dict[str, Any]:
+    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers.
+
+    And how stiff barriers are, and points that have joined those which are kept clear at first.
+    """
+    remembered = past({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
+    joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
+    own = {"beside": beside(contacts), "stiffer": facts.get("stiffened", 1.0), "rubbed": remembered}
+    return own | {"joined": joined}
 
 
 def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:

@@ -110,7 +110,8 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
     piece = of[mesh.facets[which, 0]]
     stiffness = said.stiffness or STIFF * case.largest_young / mesh.extent
     reach = said.reach or REACH * mesh.extent
-    each = [tied(mesh, which[piece == a], which[piece > a], stiffness, reach, case.depth) for a in range(int(of.max()))]
+    sides = [(which[piece == a], which[piece > a]) for a in range(int(of.max()))]
+    each = [tied(mesh, one, other, stiffness, reach, case.depth) for one, other in sides if len(one) and len(other)]
     each = [made for made in each if len(made.nodes)]
     if not each:
         raise fault(

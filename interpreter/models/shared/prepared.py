@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.gaps.gap import Gap
+    from softmark.solvers.contact.points import Joined
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Stresses
@@ -85,6 +86,10 @@ class Moved(Protocol):
     @property
     def stiffer(self) -> float:
         """How many times as stiff as they were begun with barriers before rigid bodies are."""
+
+    @property
+    def joined(self) -> Mapping[str, Joined]:
+        """Points of the surface that are kept clear of rigid bodies besides those which always are, by contact."""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from softmark.interpreter.results.reactions import Friction, Touch
 from softmark.records import dataclass
 from softmark.solvers.contact.colliding import HALF
@@ -49,12 +51,18 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
         if isinstance(contact, Sliding):
             anchors, slid, lost = contact.settled(u)
         elif isinstance(contact, Rubbing):
-            anchors, slid, lost, points = contact.settled(u), contact.slid(u), contact.lost(u), contact.points
+            anchors, slid, lost, points = (
+                contact.settled(u),
+                contact.gone + contact.slid(u),
+                contact.lost(u),
+                contact.points,
+            )
         else:
             continue
-        earlier = before.get(name)
-        way, work = (0.0, 0.0) if earlier is None else (earlier.slid, earlier.work)
-        found[name] = Rubbed(anchors, way + slid, work + lost, lost, points)
+        work = before[name].work if name in before else 0.0
+        if name in before and isinstance(contact, Sliding):
+            slid = before[name].slid + slid
+        found[name] = Rubbed(anchors, slid, work + lost, lost, points)
     return found
 
 
@@ -65,7 +73,8 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
     p = contact.pressures(u)
     pressed = p > PRESSED * p.max(initial=0.0)
     sticks = pressed & ~contact.slip(u).slides
-    slip, area = float(own.slid[pressed].max(initial=0.0)), float(contact.A[sticks].sum())
+    own_area = contact.A * (np.arange(len(p)) < contact.lasting)  # what has joined stands for none of its own
+    slip, area = float(own.slid[pressed].max(initial=0.0)), float(own_area[sticks].sum())
     held = float((contact.A * p)[sticks].sum() / max((contact.A * p).sum(), LEAST))
     return replace(touch, rubbing=Friction(slip, held, area, own.now))
 
@@ -93,6 +102,8 @@ def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
 
 def _resumed(contact: Any, own: Rubbed) -> Energy:
     found: Energy = (
-        replace(contact, since=own.anchors) if isinstance(contact, Sliding) else replace(contact, anchors=own.anchors)
+        replace(contact, since=own.anchors)
+        if isinstance(contact, Sliding)
+        else replace(contact, anchors=own.anchors, gone=own.slid)
     )
     return found

@@ -18,6 +18,7 @@ LEAD = (
     "least gap of its nodes, and of points inside facets where these keep clear as well. Area and pressure are those "
     "of the body as it is deformed."
 )
+ENDED = " at the end of the motion"
 HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
 NOTHING = "\N{EN DASH}"
 ROUNDING = 1e-8  # of the largest component
@@ -30,7 +31,8 @@ def section_of(findings: Findings) -> str:
     models = findings.report.models
     known = by_thing({n: m.contacts for n, m in models.items() if m.status in ("converged", "capped")})
     rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
-    return table_section("Contacts", LEAD.format(findings.of_last), HEAD, rows)
+    moving = any("momentum" in model.solve for model in models.values())
+    return table_section("Contacts", LEAD.format(findings.of_last or (ENDED if moving else "")), HEAD, rows)
 
 
 def _row(contact: str, model: str, own: Touched) -> str:
