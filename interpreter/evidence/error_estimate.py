@@ -119,7 +119,7 @@ class Stated(Answer):
         return settled(self, seen, voucher.discretisation)
 
     def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
-        """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever other meshes say."""
+        """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever others say."""
         if not self.case.contacts:
             return voucher.discretisation(self, seen)
         from softmark.interpreter.evidence.contact_error import at_least
