@@ -119,15 +119,16 @@ class Stated(Answer):
         return settled(self, seen, voucher.discretisation)
 
     def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
-        """Of what a mesh makes; where nothing is known of it, of areas and pressures that contradict their force."""
-        try:
+        """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever others say."""
+        if not self.case.contacts:
             return voucher.discretisation(self, seen)
-        except Unknown:
-            if not self.case.contacts:
-                raise
-            from softmark.interpreter.evidence.contact_error import at_least
+        from softmark.interpreter.evidence.contact_error import at_least
 
-            if (least := at_least(seen)) is None:
+        least = at_least(seen)
+        try:
+            return max(voucher.discretisation(self, seen), least or 0.0)
+        except Unknown:
+            if least is None:
                 raise
             return least
 

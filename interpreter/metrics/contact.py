@@ -116,8 +116,8 @@ class ContactPressure(OfContact):
 class ContactGap(OfContact):
     """Least distance between the points of a body's surface that keep clear and a rigid body: never zero or less.
 
-    They are its nodes, the middle of facets of eight nodes, and in space points inside facets longer than the rigid
-    body is sharp; with friction nodes alone.
+    They are its nodes, the middle of facets of eight nodes, in space points inside facets longer than the rigid body
+    is sharp, and points that have joined them where facets cut in.
 
     Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
     property of the bodies, but a part of the stated error of all else.

@@ -108,6 +108,7 @@ def test_the_page_and_the_file_have_the_curve(tmp_path: Path, report_of: Callabl
     page = render(report)
     assert "push, force over time" in page
     assert 'download="push-over-time.csv"' in page
+    assert ">x / ms</th>" in page
     told = json.loads(report.dumps())["models"]["hexes"]["metrics"]["push"]["curve"]
     assert told["units"] == ["s", "N"]
     assert len(told["x"]) == len(told["y"]) == 21

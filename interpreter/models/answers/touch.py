@@ -80,8 +80,9 @@ def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> 
 def pressed(case: Case, contact: Touching, X: Floats, x: Floats, f: Floats, g: Floats) -> Pressing:
     """What presses by f (n,), N, with gaps g (n,), m, on nodes at X (n, 3), m, that are taken to be at x (n, 3)."""
     assert contact.facets is not None
-    few = len(contact.A) <= len(contact.nodes) + len(contact.facets)  # else it may touch between nodes alone
-    touching = g < contact.barrier.distance if few else None
+    few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
+    near = g < contact.barrier.distance
+    touching = near if few and (near.any() or not f.any()) else None  # else it touches between nodes as well, or alone
     alike = _alike(X) if case.planar else None
     return Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike, touching)
 

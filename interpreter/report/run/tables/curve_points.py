@@ -20,7 +20,7 @@ def columns(curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> list[Pla
     up = scale_of([float(abs(c.y).max()) for c in curves.values()], units[1])
     x = first.x[::every].tolist()
     places = decimals_of(x, across, 6)
-    found = [PlateColumn("x", (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
+    found = [PlateColumn(across.heading("x"), (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
     for name, curve in curves.items():
         y = _each_at(curve, first.x.tolist())[::every]
         places = decimals_of([v for v in y if v is not None], up, 6)
