@@ -166,7 +166,7 @@ class PreparedMotion:
             _facts(track, self.problem.tolerance)
             | _rubbed(track, self.rubbing)
             | self._mesh_facts()
-            | self._crossings(shown["mesh"])
+            | self._crossings(shown.get("mesh"))
         )
         notes = (
             *_events(self.declared, track),
@@ -210,7 +210,7 @@ class PreparedMotion:
 
     def _crossings(self, mesh: Any) -> dict[str, Any]:
         """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
-        if not self.problem.meets:
+        if mesh is None or not self.problem.meets:
             return {}
         known = [crossing.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
