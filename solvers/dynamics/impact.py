@@ -110,11 +110,12 @@ class Impact:
         pressures, held = here.pressures(x), ~here.slip(x).slides
         p = here.A * pressures
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
-        sticking = held & (pressures > PRESSED * pressures.max(initial=0.0)) & (np.arange(len(p)) < here.lasting)
+        on, own = pressures > PRESSED * pressures.max(initial=0.0), here.A * (np.arange(len(p)) < here.lasting)
+        area = float(own[held & on].sum() / whole) if (whole := float(own[on].sum())) else 0.0
         gone, lost = here.gone + here.slid(x), here.lost(x)
         self.contacts[i] = self.contacts[i].holding(here.settled(x), gone)
         slip = float(np.max(np.where(p > 0.0, gone, 0.0), initial=0.0))
-        return Rubbed(slip, sticks, float(here.A[sticking].sum()), lost)
+        return Rubbed(slip, sticks, area, lost)
 
     def _left(self, i: int, here: Any, x: Floats) -> Rubbed:
         """The same of surfaces that both deform."""
@@ -175,8 +176,8 @@ class Rubbed:
     """What friction makes of a contact at a time.
 
     `slip` is how far a node that is pressed has slid in all, at most, m, `sticks` the share of the forces that press
-    where nothing slides, None where nothing presses, `area` what sticks of the surface at rest, m^2, and `heat` what
-    friction has made of the step that ends, J.
+    where nothing slides, None where nothing presses, `area` the share that sticks of the surface in contact, and `heat`
+    what friction has made of the step that ends, J.
     """
 
     slip: float

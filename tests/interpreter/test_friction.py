@@ -106,3 +106,22 @@ def test_friction_does_not_change_what_is_kept_clear() -> None:
     with_, without = (loads(PRESSED.format(friction=f)).run().models["quads"] for f in (", friction = 0.0001", ""))
     assert with_.metrics["push"].value == pytest.approx(without.metrics["push"].value, rel=1e-4)
     assert with_.solve["checks"]["residual"] < 1e-9
+
+
+PRESSED = """softmark 1
+material gel   = linear_elastic(young = 100 kPa, poisson = 0, density = 1000 kg/m^3)
+body     block = solid(box(size = (20, 20, 20) mm), gel)
+body     wall  = rigid(half_space(normal = (0, 0, 1)))
+contact  hit   = between(wall, block, friction = 0.5)
+support  lid   = displaced(block, where = z >= 20 mm, by = (0, 0, -0.2) mm)
+model    cells = fem(hex8, size = 5 mm, strain = small)
+metric   still = stick_area(hit)
+metric   whole = contact_area(hit)
+"""
+
+
+def test_all_of_a_face_that_is_pressed_sticks_and_nothing_beyond_its_edge() -> None:
+    """Of 20 mm by 20 mm; nodes at its edge stand for parts of the sides as well, which touch nothing."""
+    found = loads(PRESSED).run().models["cells"].metrics
+    assert found["still"].value == pytest.approx(found["whole"].value, rel=1e-12)
+    assert found["still"].value == pytest.approx(4e-4, rel=1e-3)  # as pressed sides bulge

@@ -99,14 +99,14 @@ class Followed:
             x[nodes] += surface.u
         f[nodes], g[nodes] = surface.f, surface.g
         own = pressed(self.case, contact, self.X, x, f, g)
-        return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i))
+        return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i, own.area))
 
-    def _rubbed(self, name: str, i: int) -> Friction | None:
+    def _rubbed(self, name: str, i: int, area: float) -> Friction | None:
         rubbing = [n for n, contact in self.contacts.items() if hasattr(contact, "friction")]
         if name not in rubbing:
             return None
         own = self.track.rubbed[i][rubbing.index(name)]
-        return Friction(own.slip, own.sticks or 0.0, own.area, own.heat)
+        return Friction(own.slip, own.sticks or 0.0, area * own.area, own.heat)
 
 
 class _Touches(Mapping[str, Touch]):

@@ -15,7 +15,7 @@ from softmark.solvers.contact.rubbing import Rubbing
 from softmark.solvers.contact.sliding import Sliding
 
 PRESSED = 1e-6  # of the largest pressure: what is less is no contact
-LEAST = 1e-300  # N
+LEAST = 1e-300  # N, or m^2
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.points import Points
@@ -67,14 +67,18 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
 
 
 def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> Touch:
-    """What a contact comes to, with what friction makes of it; without friction nothing is added."""
+    """What a contact comes to, with what friction makes of it; without friction nothing is added.
+
+    What sticks is a share of the area in contact: points at its border stand for some beyond it as well.
+    """
     if own is None or not isinstance(contact, Rubbing):
         return touch
     p = contact.pressures(u)
     pressed = p > PRESSED * p.max(initial=0.0)
     sticks = pressed & ~contact.slip(u).slides
     own_area = contact.A * (np.arange(len(p)) < contact.lasting)  # what has joined stands for none of its own
-    slip, area = float(own.slid[pressed].max(initial=0.0)), float(own_area[sticks].sum())
+    slip = float(own.slid[pressed].max(initial=0.0))
+    area = touch.area * float(own_area[sticks].sum() / max(own_area[pressed].sum(), LEAST))
     held = float((contact.A * p)[sticks].sum() / max((contact.A * p).sum(), LEAST))
     return replace(touch, rubbing=Friction(slip, held, area, own.now))
 
