@@ -16,7 +16,6 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
-    from softmark.solvers.contact.cutting import Facets
     from softmark.solvers.contact.gaps.gap import Gap, Look
 
 SAME = 1e-9  # of shape functions: what is less is nothing
@@ -49,7 +48,7 @@ class Touching(Energy):
     of: Any = None  # (p, a)
     shares: Any = None  # (p, a)
     at_rest: Any = None  # (p, 3) m: where the points are
-    facing: Facets | None = None  # what may cut in between points: not looked at where it is not given
+    facing: Any = None  # `cutting.Facets`: what may cut in between points: not looked at where it is not given
     extra: Joined | None = None  # the last ones of the points, which have joined the others, in front of planes
 
     def __post_init__(self) -> None:

@@ -244,3 +244,21 @@ def test_what_friction_turns_of_a_ball_the_block_takes() -> None:
     given = np.array([np.trapezoid(c.y, c.x) for c in curves if c is not None])
     assert L[-1] - L[0] == pytest.approx(-given, abs=3e-3 * float(np.linalg.norm(given)))
     assert np.linalg.norm(w[-1] - w[0]) > 5.0
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_rigid_bodies_that_pass_through_each_other_are_told(turned: bool) -> None:
+    """A stone comes to a wall that stays, 10 mm off, after 20 ms (W639), unless a quarter turn keeps it short of that.
+
+    It is a rod of 40 mm along x, which turns about z by 25 pi rad/s: it lies along y when its end would be there.
+    """
+    spin = 25.0 * np.pi if turned else 0.0
+    text = HIT.format(shape="box(size = (40, 4, 4) mm, origin = (100, 0, 0) mm)", integrator="trapezoidal", end="25 ms",
+                      step="1 ms")  # fmt: skip
+    text = text.replace("velocity = (0.3, 0, -1) m/s, spin = (5, 0, 20) rad/s",
+                        f"velocity = (0.5, 0, 0) m/s, spin = (0, 0, {spin}) rad/s")  # fmt: skip
+    text += "body wall = rigid(half_space(normal = (-1, 0, 0), origin = (150, 0, 0) mm))\n"
+    text += "contact stays = between(wall, block)\n"
+    report = loads(text).run()
+    said = [w.message for w in report.warnings if w.code == "W639"]
+    assert said == ([] if turned else ["`stone` passes through `wall`: rigid bodies do not keep clear of each other"])

@@ -49,14 +49,14 @@ def rubbing(slid: float, seed: int = 3, count: int = 12) -> tuple[Rubbing, Float
 
 
 def inside(slid: float, seed: int = 3) -> tuple[Rubbing, Floats]:
-    """The same at points inside two facets above the ball, of four nodes each."""
+    """The same at points inside two facets above the ball, of four nodes each: in front, where tangents are exact."""
     rng = np.random.default_rng(seed)
     X = np.array([(i, j, 0.0) for i in (-0.4, 0.0, 0.4) for j in (-0.2, 0.2)])
     facets = np.array([[0, 2, 3, 1], [2, 4, 5, 3]])
     bare = Rubbing(np.arange(6), X, np.ones(6), Barrier(0.1, 2.0), carried, friction=MU, spring=20.0, carries=moved)
     made = inner(bare, X, facets, 3)
     assert isinstance(made, Rubbing)
-    up = X + (0.0, 0.0, 1.0) + 0.02 * rng.standard_normal(X.shape)
+    up = X + (0.0, 0.0, 1.03) + 0.02 * rng.standard_normal(X.shape)
     u = (TURNED.moved(up) - X).ravel()
     p = made.places(u)
     return made.holding(TURNED.back(p + slid * rng.standard_normal(p.shape))), u

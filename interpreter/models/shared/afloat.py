@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.shared.motion import MOMENTS, PreparedMotion, course_of, kept_of
+from softmark.interpreter.models.shared.motion import MOMENTS, PreparedMotion, course_of, course_of_rigid, kept_of
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.results.thinning import picked
@@ -30,6 +31,7 @@ from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.pressures import DisplacementEnergy
 
+LOOKED = 50  # moments in which bodies are looked for in each other
 FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N, by the size of a body in m
 
 
@@ -61,7 +63,19 @@ class MotionBeside(PreparedMotion):
         kept = [kept[i] for i in picked(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
         each = {name: _told(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
-        return replace(found, facts=found.facts | {"rigid": each})
+        notes = (*found.notes, *self._passing(track.times[kept], states))
+        return replace(found, facts=found.facts | {"rigid": each}, notes=notes)
+
+    def _passing(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
+        """Of rigid bodies that pass through each other, where there are two."""
+        met = () if self.case is None else self.case.contacts
+        touches = {touch.rigid.name: (touch, course_of_rigid(touch)) for touch in met}
+        if len(touches) < 2:
+            return ()
+        from softmark.interpreter.models.shared.through import passing
+
+        some = picked(len(times), LOOKED)
+        return passing(touches, self.names, times[some], states[some])
 
 
 def _told(times: Floats, states: Floats) -> dict[str, Any]:

@@ -166,7 +166,7 @@ class PreparedMotion:
             _facts(track, self.problem.tolerance)
             | _rubbed(track, self.rubbing)
             | self._mesh_facts()
-            | self._crossings(shown["mesh"])
+            | self._crossings(shown.get("mesh"))
         )
         notes = (
             *_events(self.declared, track),
@@ -210,7 +210,7 @@ class PreparedMotion:
 
     def _crossings(self, mesh: Any) -> dict[str, Any]:
         """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
-        if not self.problem.meets:
+        if mesh is None or not self.problem.meets:
             return {}
         known = [crossing.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)]
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
@@ -289,8 +289,8 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 def _momentum(touched: Touched) -> dict[str, Any]:
     """The balance of momentum of the body that deforms, N s: what it has gained, and what has given it that.
 
-    `off` is what is missing, relative to the largest of them: solvers leave as much, bdf2 and generalised-alpha, whose
-    steps reach back, that of a step.
+    `off` is what is missing, relative to the largest of them: solvers leave as much; where supports hold, bdf2 and
+    generalised-alpha, whose steps reach back, and implicit Euler, which has the forces of their ends, that of a step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
