@@ -123,7 +123,7 @@ body     under = rigid(half_space(normal = (0, 0, 1), origin = (0, 0, -0.05) mm)
 support  hand  = displaced(ball, by = (0.5, 0, -0.6) mm, course = ramp(over = 5 ms))
 contact  touch = between(ball, block, where = z >= 5 mm, friction = 0.1)
 contact  lies  = between(under, block, where = z <= 0 mm, friction = 0.2)
-analysis press = dynamic(duration = 5 ms, step = 1 ms, integrator = trapezoidal)
+analysis press = dynamic(duration = 5 ms, step = 1 ms)
 model    hexes = fem(hex8, size = 5 mm, strain = small)
 metric   turn  = moment(touch, along = +y, over = largest)
 metric   push  = force(touch, along = -z, over = largest)
@@ -131,19 +131,13 @@ metric   area  = contact_area(touch)
 """
 
 
-def test_what_two_contacts_with_friction_tell_is_their_own() -> None:
-    """Heat of the last step is that of each; a ball on one point turns nothing about the middle of what it presses on,
-    whenever it came; and that one point is no area is said of a motion too."""
+def test_one_point_is_no_area_in_a_motion_either() -> None:
+    """Said of its end, as at rest; and a ball on one point turns nothing about what it presses on, whenever it came."""
     scene = loads(HELD)
     report = run(scene.scene, list(scene.warnings), Options(draw=False))
-    model, warned = report.models["hexes"], [warning.code for warning in report.warnings]
-    heats = [model.contacts[name].touch.rubbing.work for name in ("touch", "lies")]
-    made = np.diff(model.solve["energies"]["friction"])[-1]
-    assert min(heats) > 0.0
-    assert sum(heats) == pytest.approx(made, rel=1e-9)
-    turn, push = (model.metrics[name].value for name in ("turn", "push"))
-    assert abs(turn) < 1e-6 * push * 5e-3
-    assert warned.count("W660") == 1
+    found = {name: metric.value for name, metric in report.models["hexes"].metrics.items()}
+    assert abs(found["turn"]) < 1e-6 * found["push"] * 5e-3
+    assert [warning.code for warning in report.warnings].count("W660") == 1
 
 
 @pytest.mark.slow

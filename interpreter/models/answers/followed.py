@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.dynamics.trajectory import Trajectory
 
-AXIAL = np.array([0.0, 1.0, 0.0])  # what forces on whole rings around y come to
 WHY = "reactions are those of a state of rest: in a motion what contacts do is followed alone"
 
 
@@ -48,8 +47,6 @@ class Followed:
             each = [(a.force, a.moments[arm], a.arms[arm], np.array([a.size])) for a in own]
             f, m, arms, size = (in_time(self.track.steps, np.array(values)) for values in zip(*each, strict=True))
             at = arms / np.where(size > 0.0, size, 1.0)
-            if self.case.depth:
-                f, m, at = f * AXIAL, 0.0 * m, at * AXIAL
             found.append([f, m, at])
         return found
 
