@@ -35,6 +35,7 @@ STEPS = 8  # of the first lattice, along a side
 FINER = 13  # times that it is halved around the deepest point: to 2e-5 of a side
 BESIDE = 1e-3  # of a side: where normals next to a point are taken
 AROUND = 6  # of a point within a facet
+BROAD, TURNS = 0.1, 0.3  # of the size of a facet: a body whose normal changes by no more so far around is followed
 ROUND = 1e-9  # of a shape function: what is less is nothing
 LARGE = 0.55  # of a part: what is searched around each of its corners
 OFF = 3e-4  # of the size of a facet: what is farther from the body than this and presses is found anew
@@ -165,8 +166,10 @@ def _under(t: Floats) -> NDArray[np.bool_]:
     return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
 
 
-def cuts(contact: Touching, x: Floats) -> Joined | None:
+def cuts(contact: Touching, x: Floats, times: float = 1.0) -> Joined | None:
     """What is to be kept clear besides all else where facets are behind the rigid body in a state; None if none are.
+
+    Nor is any where what has joined presses on what is there, to so many times what that is sought to.
 
     What has joined before is found anew, too, also where it presses on what does not touch; of what does not press all
     that is near stays, for without it facets might cut in there again. By how much gaps were made larger where bodies
@@ -180,7 +183,7 @@ def cuts(contact: Touching, x: Floats) -> Joined | None:
     middle = where.mean(axis=1)
     radius = np.linalg.norm(where - middle[:, None], axis=2).max(axis=1)
     near = contact.body.gap(middle) < radius + contact.barrier.distance
-    allowed, found, wrong = -float(np.max(contact.sunk)), list[Joined](), off(contact, x)
+    allowed, found, wrong = -float(np.max(contact.sunk)), list[Joined](), off(contact, x, times)
     known = () if contact.extra is None else contact.extra.which
 
     def gap(y: Floats) -> Floats:
@@ -193,6 +196,8 @@ def cuts(contact: Touching, x: Floats) -> Joined | None:
         t, g = _deepest(parts, where[parts.facet], gap, 1.0 / STEPS)
         inside = parts.has(t[:, None] + parts.beside).all(axis=1)
         held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
+        if deep.any():
+            deep[deep] = _sharp(contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep])
         wrong |= bool(deep.any())
         for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _standing_planes)):
             if on.any():
@@ -200,6 +205,22 @@ def cuts(contact: Touching, x: Floats) -> Joined | None:
                 own = parts.some(some)
                 found.append(_joined(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some])))
     return _all([one for one in found if len(one)], contact) if wrong else None
+
+
+def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats) -> NDArray[np.bool_]:
+    """At which places of parts the body has an edge or a tip: around it of what is round facets are chords.
+
+    These cut in by as much as they are flat, which takes nothing from how well forces are met; kept outside of it, they
+    would be as if it were larger.
+    """
+    x, size = np.einsum("kqa,kai->kqi", parts.shapes(t[:, None]), where), np.linalg.norm(np.ptp(where, axis=1), axis=1)
+    ways = np.vstack([np.eye(3), -np.eye(3)]) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
+    y = x + BROAD * size[:, None, None] * ways
+    n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
+    if contact.flat:
+        n[:, :, 2] = 0.0
+    found: NDArray[np.bool_] = np.linalg.norm(n[:, :, None] - n[:, None], axis=3).max(axis=(1, 2), initial=0.0) > TURNS
+    return found
 
 
 def off(contact: Any, x: Floats, times: float = 1.0) -> bool:

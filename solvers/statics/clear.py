@@ -39,6 +39,8 @@ def clear(problem: Statics, find: Find) -> Equilibrium:
         except NotConverged:
             break
         problem, last = more, replace(again, history=(*last.history, *again.history))
+        if _joined(problem, last.x, roughly=True) is None:
+            found, contacts = last, _driven(used.assembly)
     if not _at_its_body(contacts, found.x):  # what had joined in the state before presses on nothing
         found, used = _behind_barriers(_bare(problem), find)
         contacts = _driven(used.assembly)
@@ -113,15 +115,15 @@ def _bare(problem: Statics) -> Statics:
     return replace(problem, assembly=problem.assembly.joined(loads))
 
 
-def _joined(problem: Statics, x: Floats) -> Statics | None:
+def _joined(problem: Statics, x: Floats, roughly: bool = False) -> Statics | None:
     """With more points, where facets cut into rigid bodies in a state (dofs,); None where they do not."""
     before = problem.rest if problem.start is None else problem.start
     loads: list[Any] = list(problem.assembly.loads)
     for i, energy in enumerate(loads):
         if energy.driven and energy.facing is not None:
-            from softmark.solvers.contact.cutting import cuts
+            from softmark.solvers.contact.cutting import MOST, cuts
 
-            extra = cuts(energy.at(1.0), x)
+            extra = cuts(energy.at(1.0), x, MOST if roughly else 1.0)
             loads[i] = energy if extra is None else energy.joining(extra, before)
     same = all(a is b for a, b in zip(loads, problem.assembly.loads, strict=True))
     return None if same else replace(problem, assembly=problem.assembly.joined(loads))

@@ -108,7 +108,7 @@ def test_friction_does_not_change_what_is_kept_clear() -> None:
     assert with_.solve["checks"]["residual"] < 1e-9
 
 
-PRESSED = """softmark 1
+FLAT = """softmark 1
 material gel   = linear_elastic(young = 100 kPa, poisson = 0, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm), gel)
 body     wall  = rigid(half_space(normal = (0, 0, 1)))
@@ -122,6 +122,6 @@ metric   whole = contact_area(hit)
 
 def test_all_of_a_face_that_is_pressed_sticks_and_nothing_beyond_its_edge() -> None:
     """Of 20 mm by 20 mm; nodes at its edge stand for parts of the sides as well, which touch nothing."""
-    found = loads(PRESSED).run().models["cells"].metrics
+    found = loads(FLAT).run().models["cells"].metrics
     assert found["still"].value == pytest.approx(found["whole"].value, rel=1e-12)
     assert found["still"].value == pytest.approx(4e-4, rel=1e-3)  # as pressed sides bulge
