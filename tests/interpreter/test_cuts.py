@@ -76,8 +76,8 @@ def test_what_is_sharp_does_not_cut_in(tmp_path: Path, scene: str, tool: str, el
     """Of .4 to 1.8 mm nothing is left: by branch and bound, which shares no code with what looks for cuts, 0.1 um.
 
     That is the barrier's distance of such a block: contact ends there. Of the flat box on tetrahedra rounds run out
-    first, and 4 um of .4 mm are left at a corner, which the table of contacts tells. Forces balance by the own check, which is part
-    of the status, and are carried by the floor to the tolerance of a state.
+    first, and 4 um of .4 mm are left at a corner, which the table of contacts tells. Forces balance by the own check,
+    which is part of the status, and are carried by the floor to the tolerance of a state.
     """
     (tmp_path / "tip.obj").write_text(TIP)
     (tmp_path / "a.scene").write_text(scene.format(tool=tool, element=element, friction=friction))
