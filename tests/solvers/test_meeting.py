@@ -143,9 +143,10 @@ def bars(
 def test_equal_bars_exchange_their_velocities(name: str, law: Maker, elastic: Energies) -> None:
     """The first stops and the second flies on, after 2 L / c; friction changes noise across alone: nothing slides.
 
-    At least as much of the speed as a bar keeps on a rigid wall (test_impact.py) of twice as many cells, less .04.
+    Vibrations of four cells along a bar keep a tenth of the speed, measured .893 by integrators that lose nothing, and
+    .966 with eight.
     """
-    least = {"trapezoidal": 0.90, "generalized_alpha": 0.90, "bdf2": 0.84, "implicit_euler": 0.60}[name]
+    least = {"trapezoidal": 0.88, "generalized_alpha": 0.88, "bdf2": 0.84, "implicit_euler": 0.60}[name]
     found = []
     for friction in (0.0, 0.5):
         first, problem, pressing = bars(elastic, law("small", poisson=0.0), name, friction)
