@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.points import Joined
 
 Bools = NDArray[np.bool_]
+PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 TINY = 1e-300  # m: a slip of which the direction is not asked
 
 
@@ -205,6 +206,17 @@ class Rubbing(Touching):
         """How its points stand to their anchors in a state."""
         g, n, _ = self.look(x)
         return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
+
+    def sticking(self, x: Floats) -> tuple[Bools, Bools, float]:
+        """Which of its points are pressed (p,), which of these stick (p,), and on which share of the area in contact.
+
+        A share, for points at its border stand for some beyond it as well; what has joined stands for none of its own.
+        """
+        p = self.pressures(x)
+        on = p > PRESSED * p.max(initial=0.0)
+        sticks, own = on & ~self.slip(x).slides, self.A * (np.arange(len(p)) < self.lasting)
+        whole = float(own[on].sum())
+        return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
     def settled(self, x: Floats) -> Floats:
         """The anchors that a state leaves (p, 3), m: what slid has taken them along, and what is apart has none."""

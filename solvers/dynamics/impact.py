@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
 STIFFER = 8.0  # times: the barrier that an impact has closed
 FLIGHT = 4.0  # steps without contact: fewer are none
-PRESSED = 1e-6  # of the largest pressure: what is less is no contact
 ROUNDS = 8  # of more points in a step, at most: what still cuts in then stays
 STIFFEST = 1e9  # times what it was: more is no barrier for double precision
 
@@ -98,8 +97,9 @@ class Impact:
             acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
         self.surfaces.follow(here.posed, motion.x, step)
         self.mass = mass
-        for i, contact in enumerate(self.at(motion.time).posed):  # what presses no more goes
-            if contact.extra is not None:
+        for i, own in enumerate(self.contacts):  # what presses no more goes
+            if own.extra is not None:
+                contact = own.at(self.courses[i].at(motion.time))
                 left = replace(contact, earlier=contact.body).shed(motion.x)
                 if left.extra is not contact.extra:
                     self._take(i, left)
@@ -107,11 +107,8 @@ class Impact:
 
     def _settled(self, i: int, here: Any, x: Floats) -> Rubbed:
         """Take on the anchors that a step has left of a contact, and say what friction made of it."""
-        pressures, held = here.pressures(x), ~here.slip(x).slides
-        p = here.A * pressures
+        p, (_, held, area) = here.A * here.pressures(x), here.sticking(x)
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
-        on, own = pressures > PRESSED * pressures.max(initial=0.0), here.A * (np.arange(len(p)) < here.lasting)
-        area = float(own[held & on].sum() / whole) if (whole := float(own[on].sum())) else 0.0
         gone, lost = here.gone + here.slid(x), here.lost(x)
         self.contacts[i] = self.contacts[i].holding(here.settled(x), gone)
         slip = float(np.max(np.where(p > 0.0, gone, 0.0), initial=0.0))

@@ -6,16 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from softmark.interpreter.results.reactions import Friction, Touch
 from softmark.records import dataclass
 from softmark.solvers.contact.colliding import HALF
 from softmark.solvers.contact.rubbing import Rubbing
 from softmark.solvers.contact.sliding import Sliding
 
-PRESSED = 1e-6  # of the largest pressure: what is less is no contact
-LEAST = 1e-300  # N, or m^2
+LEAST = 1e-300  # N
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.points import Points
@@ -51,12 +48,8 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
         if isinstance(contact, Sliding):
             anchors, slid, lost = contact.settled(u)
         elif isinstance(contact, Rubbing):
-            anchors, slid, lost, points = (
-                contact.settled(u),
-                contact.gone + contact.slid(u),
-                contact.lost(u),
-                contact.points,
-            )
+            anchors, slid, lost = contact.settled(u), contact.gone + contact.slid(u), contact.lost(u)
+            points = contact.points
         else:
             continue
         work = before[name].work if name in before else 0.0
@@ -67,20 +60,13 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
 
 
 def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> Touch:
-    """What a contact comes to, with what friction makes of it; without friction nothing is added.
-
-    What sticks is a share of the area in contact: points at its border stand for some beyond it as well.
-    """
+    """What a contact comes to, with what friction makes of it; without friction nothing is added."""
     if own is None or not isinstance(contact, Rubbing):
         return touch
-    p = contact.pressures(u)
-    pressed = p > PRESSED * p.max(initial=0.0)
-    sticks = pressed & ~contact.slip(u).slides
-    own_area = contact.A * (np.arange(len(p)) < contact.lasting)  # what has joined stands for none of its own
-    slip = float(own.slid[pressed].max(initial=0.0))
-    area = touch.area * float(own_area[sticks].sum() / max(own_area[pressed].sum(), LEAST))
-    held = float((contact.A * p)[sticks].sum() / max((contact.A * p).sum(), LEAST))
-    return replace(touch, rubbing=Friction(slip, held, area, own.now))
+    pressed, sticks, share = contact.sticking(u)
+    push = contact.A * contact.pressures(u)
+    slip, held = float(own.slid[pressed].max(initial=0.0)), float(push[sticks].sum() / max(push.sum(), LEAST))
+    return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now))
 
 
 def slid(contact: Any, u: Floats, own: Rubbed) -> Touch:
