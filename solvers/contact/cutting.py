@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from softmark.records import dataclass
-from softmark.solvers.contact.points import Joined, Points
+from softmark.solvers.contact.points import SAME, Joined, Points
 from softmark.solvers.contact.pose import Pose
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints
@@ -36,7 +36,6 @@ FINER = 13  # times that it is halved around the deepest point: to 2e-5 of a sid
 BESIDE = 1e-3  # of a side: where normals next to a point are taken
 AROUND = 6  # of a point within a facet
 BROAD, TURNS = 0.1, 0.3  # of the size of a facet: a body whose normal changes by no more so far around is followed
-ROUND = 1e-9  # of a shape function: what is less is nothing
 LARGE = 0.55  # of a part: what is searched around each of its corners
 OFF = 3e-4  # of the size of a facet: what is farther from the body than this and presses is found anew
 MOST = 10.0  # times this: where it is still farther, it presses on nothing
@@ -166,24 +165,27 @@ def _under(t: Floats) -> NDArray[np.bool_]:
     return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
 
 
-def cuts(contact: Touching, x: Floats, times: float = 1.0) -> Joined | None:
+def cuts(contact: Touching, x: Floats) -> Joined | None:
     """What is to be kept clear besides all else where facets are behind the rigid body in a state; None if none are.
-
-    Nor is any where what has joined presses on what is there, to so many times what that is sought to.
 
     What has joined before is found anew, too, also where it presses on what does not touch; of what does not press all
     that is near stays, for without it facets might cut in there again. By how much gaps were made larger where bodies
     began in touch, facets may be behind it.
     """
+    return search(contact, x)[0]
+
+
+def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
+    """The same, and whether a state may stay: nothing cuts in, and what has joined presses about where the body is."""
     if contact.facing is None:
-        return None
+        return None, True
     facets: Facets = contact.facing
     where = facets.X + x[3 * facets.of[:, :, None] + np.arange(3)]
     where = contact.seen((where * ((1.0, 1.0, 0.0) if contact.flat else 1.0)).reshape(-1, 3), x).reshape(where.shape)
     middle = where.mean(axis=1)
     radius = np.linalg.norm(where - middle[:, None], axis=2).max(axis=1)
     near = contact.body.gap(middle) < radius + contact.barrier.distance
-    allowed, found, wrong = -float(np.max(contact.sunk)), list[Joined](), off(contact, x, times)
+    allowed, found, behind = -float(np.max(contact.sunk)), list[Joined](), False
     known = () if contact.extra is None else contact.extra.which
 
     def gap(y: Floats) -> Floats:
@@ -198,13 +200,15 @@ def cuts(contact: Touching, x: Floats, times: float = 1.0) -> Joined | None:
         held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
         if deep.any():
             deep[deep] = _sharp(contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep])
-        wrong |= bool(deep.any())
+        behind |= bool(deep.any())
         for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _standing_planes)):
             if on.any():
                 some = np.flatnonzero(on)
                 own = parts.some(some)
                 found.append(_joined(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some])))
-    return _all([one for one in found if len(one)], contact) if wrong else None
+    if behind or off(contact, x):
+        return _all([one for one in found if len(one)], contact), not behind and not off(contact, x, MOST)
+    return None, True
 
 
 def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats) -> NDArray[np.bool_]:
@@ -299,7 +303,7 @@ def _joined(
     body: Any = contact.body
     t, ways = places
     own, N = Pose() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
-    N = np.where(np.abs(N) > ROUND, N, 0.0)
+    N = np.where(np.abs(N) > SAME, N, 0.0)
     points = Points(facets.of[parts.facet], N, np.einsum("ka,kai->ki", N, facets.X[parts.facet]), facets.A[parts.facet])
     at = own.back(c)
     found = Joined(points, parts.which, np.pad(t, ((0, 0), (0, 2 - parts.m))), ways, at, own.back(c + n) - at)

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.contact.cutting import Facets
-from softmark.solvers.contact.skin import SAME, triangles
+from softmark.solvers.contact.points import SAME
+from softmark.solvers.contact.skin import triangles
 from softmark.solvers.contact.touching import Touching, node_areas, thirds
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints

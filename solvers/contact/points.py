@@ -7,6 +7,8 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
+SAME = 1e-9  # of shape functions: what is less is nothing
+
 
 @dataclass(frozen=True)
 class Points:

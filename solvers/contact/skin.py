@@ -14,11 +14,10 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.contact.nearest import away, least
+from softmark.solvers.contact.points import SAME
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.border import bordering
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-
-SAME = 1e-9  # shape functions that differ by less are the same
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.points import Joined, Points
+from softmark.solvers.contact.points import SAME, Joined, Points
 from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.barrier import Barrier
     from softmark.solvers.contact.gaps.gap import Gap, Look
-
-SAME = 1e-9  # of shape functions: what is less is nothing
 
 
 @dataclass(frozen=True)

@@ -29,18 +29,17 @@ def clear(problem: Statics, find: Find) -> Equilibrium:
     """
     found, used = _behind_barriers(problem, find)
     last, contacts = found, _driven(used.assembly)
-    for _ in range(ROUNDS):
-        more = _joined(problem, last.x)
-        if more is None:
+    for rounds in range(ROUNDS + 1):
+        more, stays = _joined(problem, last.x)
+        if stays:
             found, contacts = last, _driven(used.assembly)
+        if more is None or rounds == ROUNDS:
             break
         try:
             again, used = _behind_barriers(more, find, last)
         except NotConverged:
             break
         problem, last = more, replace(again, history=(*last.history, *again.history))
-        if _joined(problem, last.x, roughly=True) is None:
-            found, contacts = last, _driven(used.assembly)
     if not _at_its_body(contacts, found.x):  # what had joined in the state before presses on nothing
         found, used = _behind_barriers(_bare(problem), find)
         contacts = _driven(used.assembly)
@@ -115,15 +114,17 @@ def _bare(problem: Statics) -> Statics:
     return replace(problem, assembly=problem.assembly.joined(loads))
 
 
-def _joined(problem: Statics, x: Floats, roughly: bool = False) -> Statics | None:
-    """With more points, where facets cut into rigid bodies in a state (dofs,); None where they do not."""
+def _joined(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
+    """With more points, where facets cut into rigid bodies in a state (dofs,), or None; and whether it may stay."""
     before = problem.rest if problem.start is None else problem.start
     loads: list[Any] = list(problem.assembly.loads)
+    stays = True
     for i, energy in enumerate(loads):
         if energy.driven and energy.facing is not None:
-            from softmark.solvers.contact.cutting import MOST, cuts
+            from softmark.solvers.contact.cutting import search
 
-            extra = cuts(energy.at(1.0), x, MOST if roughly else 1.0)
+            extra, may = search(energy.at(1.0), x)
+            stays &= may
             loads[i] = energy if extra is None else energy.joining(extra, before)
     same = all(a is b for a, b in zip(loads, problem.assembly.loads, strict=True))
-    return None if same else replace(problem, assembly=problem.assembly.joined(loads))
+    return None if same else replace(problem, assembly=problem.assembly.joined(loads)), stays
