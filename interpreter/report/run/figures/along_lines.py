@@ -26,14 +26,19 @@ def section_of(findings: Findings) -> str:
     """A chart for each metric that has a curve along its probe, those of the same curves together; else empty."""
     charts: dict[tuple[object, ...], Along] = {}
     for metric in findings.metrics:
-        found = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
-        along = {n: c for n, c in found.items() if metric.probe is not None and c.units[0] == "m"}
+        along = {} if metric.probe is None else curves_of(findings, metric, "m")
         models = {n: c for n, c in along.items() if n in findings.report.models}
         if models:
             same = (metric.probe, *((n, tuple(c.y.tolist())) for n, c in models.items()))
             before = charts.get(same) or Along(findings, len(charts), metric, {})
             charts[same] = replace(before, curves={**_right(metric, along), **before.curves, **along})
     return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
+
+
+def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, SeenCurve]:
+    """Those of a metric over what has that unit, by the name of the model or reference."""
+    every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
+    return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
 
 
 def _right(metric: MetricColumn, along: Mapping[str, SeenCurve]) -> dict[str, SeenCurve]:
@@ -88,12 +93,16 @@ class Along:
 
     def axes(self) -> tuple[Axis, Axis]:
         """The distance, and the values with nothing among them."""
+        far, low, high, margin = self.extent
+        across = linear(0.0, far, f"along {self.metric.probe}", "m", 8)
+        return across, linear(low, high + margin, self.title, self.units[1], 6)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """The farthest x, the least and the largest y with nothing among them, and what is left free beyond these."""
         every = np.concatenate([c.y for c in self.curves.values()])
         low, high = min(0.0, float(every.min())), max(0.0, float(every.max()))
-        far = max(float(c.x[-1]) for c in self.curves.values())
-        up = self.units[1]
-        top = high + 0.06 * (high - low or 1.0)
-        return linear(0.0, far, f"along {self.metric.probe}", "m", 8), linear(low, top, self.title, up, 6)
+        return max(float(c.x[-1]) for c in self.curves.values()), low, high, 0.06 * (high - low or 1.0)
 
     @property
     def units(self) -> tuple[str, str]:

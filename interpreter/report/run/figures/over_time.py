@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.charts.axes import Axis, linear
 from softmark.interpreter.report.page.markup import section
-from softmark.interpreter.report.run.figures.along_lines import Along
+from softmark.interpreter.report.run.figures.along_lines import Along, curves_of
 from softmark.interpreter.report.run.findings import Findings
 from softmark.records import dataclass
 
@@ -16,10 +14,7 @@ def section_of(findings: Findings) -> str:
     """A chart for each metric that has values over time and is held against nothing; empty where there is none."""
     charts: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:
-        found = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
-        timed = {
-            n: c for n, c in found.items() if c.units[0] == "s" and metric.against is None and metric.model is None
-        }
+        timed = curves_of(findings, metric, "s") if metric.against is None and metric.model is None else {}
         same = tuple((n, c.units, tuple(c.y.tolist())) for n, c in timed.items())
         if timed and same not in charts:
             charts[same] = _Followed(findings, len(charts), metric, timed).plate()
@@ -47,14 +42,9 @@ class _Followed(Along):
 
     def axes(self) -> tuple[Axis, Axis]:
         """Time, and the values with nothing among them."""
-        every = np.concatenate([c.y for c in self.curves.values()])
-        low, high = min(0.0, float(every.min())), max(0.0, float(every.max()))
-        margin = 0.06 * (high - low or 1.0)
-        end = max(float(c.x[-1]) for c in self.curves.values())
-        return (
-            linear(0.0, end, "time", "s", 8),
-            linear(low - margin * (low < 0.0), high + margin, self.title, self.units[1], 6),
-        )
+        end, low, high, margin = self.extent
+        up = linear(low - margin * (low < 0.0), high + margin, self.title, self.units[1], 6)
+        return linear(0.0, end, "time", "s", 8), up
 
     def desc(self) -> str:
         """From where to where each goes."""
