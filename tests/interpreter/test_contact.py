@@ -7,6 +7,7 @@ from pathlib import Path
 
 import indented
 import pytest
+from octahedra import octahedron
 
 from softmark import load, loads
 from softmark.interpreter.models.shared import contacting
@@ -76,21 +77,7 @@ def test_a_part_of_the_surface_that_nothing_keeps_clear_is_looked_at_too() -> No
     assert "`ball` is 1 mm inside where `touch` keeps nothing clear of it" in str(found.message)
 
 
-OCTAHEDRON = """v 10 0 0
-v -10 0 0
-v 0 10 0
-v 0 -10 0
-v 0 0 10
-v 0 0 -10
-f 1 3 5
-f 3 2 5
-f 2 4 5
-f 4 1 5
-f 3 1 6
-f 2 3 6
-f 4 2 6
-f 1 4 6
-"""
+OCTAHEDRON = octahedron(((10, 0, 0), (-10, 0, 0), (0, 10, 0), (0, -10, 0), (0, 0, 10), (0, 0, -10)))
 BESIDE = """softmark 1
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 body     block = solid(box(size = (20, 20, 20) mm, origin = (15, 0, 0) mm), gel)

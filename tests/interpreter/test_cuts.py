@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from octahedra import octahedron
 
 from softmark import load
 
@@ -34,21 +35,10 @@ metric   push  = force(touch, along = -y)
 metric   held  = force(floor, along = +y)
 """
 # an octahedron of 10 mm, a corner of it down and its axis 12 degrees from upright: it touches within a facet
-TIP = """v 10.5786 5.1502 11.1764
-v -6.3786 -2.5502 8.1878
-v -1.7505 10.5106 9.1041
-v 5.9505 -7.9106 10.2601
-v 0.6057 1.3000 19.5693
-v 3.5943 1.3000 0.0000
-f 1 3 5
-f 3 2 5
-f 2 4 5
-f 4 1 5
-f 3 1 6
-f 2 3 6
-f 4 2 6
-f 1 4 6
-"""
+TIP = octahedron((
+    (10.5786, 5.1502, 11.1764), (-6.3786, -2.5502, 8.1878), (-1.7505, 10.5106, 9.1041), (5.9505, -7.9106, 10.2601),
+    (0.6057, 1.3, 19.5693), (3.5943, 1.3, 0.0),
+))  # fmt: skip
 BOX = "box(size = (13, 17, 10) mm, origin = (-6.3, -4.1, 0) mm)"
 SLOW = pytest.mark.slow
 
