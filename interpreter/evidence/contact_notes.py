@@ -86,7 +86,7 @@ def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any
         if rest.reason is None and deep > max(DEEP * min(rest.moved, sharpest), NOTHING * rest.extent):
             yield diagnostic(
                 "W659",
-                declared.at("size" if "size" in declared.fields else ""),
+                declared.at("size"),
                 f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into"
                 f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
@@ -104,7 +104,7 @@ def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) ->
             most = units.show(rounded(touch.pressure, 3), units.PRESSURE)
             yield diagnostic(
                 "W660",
-                declared.at("size" if "size" in declared.fields else ""),
+                declared.at("size"),
                 f"`{name}` presses with {rounded(times, 2):g} times what its area of {area} and its greatest pressure"
                 f" of {most} come to, in `{declared.name}`",
                 "too coarse for an area or a pressure",
