@@ -35,12 +35,14 @@ class NoToolkit(Exception):
 
 
 def toolkit() -> Any:
-    """The package ipctk, silent. Raises NoToolkit."""
+    """The package ipctk, silent, in one thread: sums in any order would differ from run to run. Raises NoToolkit."""
     try:
         import ipctk
     except ImportError as error:
         raise NoToolkit(str(error)) from error
     ipctk.set_logger_level(ipctk.LoggerLevel.error)
+    if ipctk.get_num_threads() != 1:
+        ipctk.set_num_threads(1)
     return ipctk
 
 

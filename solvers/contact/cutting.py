@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from softmark.records import dataclass
 from softmark.solvers.contact.points import SAME, Joined, Points
@@ -336,6 +335,8 @@ def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Flo
 
 def _normal(ways: Floats, n: Floats) -> Floats:
     """The mean of normals (q, 3) beside a point, by ways there (q, 3), m, that has least along these."""
+    from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
+
     sides = _sides(ways)
     along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
     found = _across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)

@@ -25,6 +25,7 @@ from softmark.solvers.energies.energy import Floats, Ints, Wandering
 PRESSED = 1e-12  # of the largest force: what is less is no contact
 ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
 SAME = 1e-9  # of a distance: faces that are as near but for rounding
+STRIDE = 0.25  # of a face: how far what rubs may be carried on at once
 GRIP = 10.0  # times the stiffness of the barrier over its distance: the spring of what sticks
 
 
@@ -109,6 +110,12 @@ class Sliding(Wandering):
     def spring(self) -> float:
         """Pa/m: as stiff as the body over the distance of the barrier."""
         return GRIP * self.pressing.stiffness / self.pressing.distance
+
+    @property
+    def stride(self) -> float:
+        """A part of the middle one of all sides of faces, m: over a whole one, half of all corners hook in."""
+        skin = self.skin
+        return STRIDE * float(np.median(np.linalg.norm(np.diff(skin.X[skin.edges], axis=1), axis=2)))
 
     # ------------------------------------------------------------------ what holds on to what
 

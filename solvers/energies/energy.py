@@ -98,6 +98,11 @@ class Wandering(Energy):
         """The part of an increment d (dofs,) that can be gone, at most 1."""
         raise NotImplementedError(f"{type(self).__name__} does not know how far a way leads")
 
+    @property
+    def stride(self) -> float:
+        """By how much supports may go on, m, before an equilibrium is sought."""
+        return np.inf
+
 
 class Lagging(Energy):
     """An energy whose tangent can take a part of its stress from earlier states.

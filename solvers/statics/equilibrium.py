@@ -46,7 +46,7 @@ DOUBTED = 1e-4  # condition number times eps from which the error of rounding is
 HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits are no answer
 SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
 AWAY = 1e-9  # of the extent of a body: supports of a given state that are farther off carry it with them
-SHORTEST = 1e-3  # of the way of supports from a given state: given up below
+SHORTEST, LONGEST = 1e-3, 0.05  # parts of the way of supports from a given state: given up below; no more asked for
 BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
 
 
@@ -176,11 +176,13 @@ def _given(newton: Newton) -> Floats:
 def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
     """A state whose supports go on by increments (c,); by parts, with an equilibrium of each, where surfaces may meet.
 
-    Raises NotConverged.
+    What rubs is not carried on by more than it may: else corners hook in where they had slid by. Raises NotConverged.
     """
-    if not any(isinstance(energy, Wandering) for energy in newton.assembly.internal):
+    wandering = [energy for energy in newton.assembly.internal if isinstance(energy, Wandering)]
+    if not wandering:
         return newton.follow(x, left, 1.0)
-    done, part = 0.0, 1.0
+    most = max(LONGEST, min(energy.stride for energy in wandering) / float(np.abs(left).max()))
+    done, part = 0.0, min(1.0, most)
     while done < 1.0:
         part = min(part, 1.0 - done)
         try:
@@ -190,7 +192,7 @@ def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
             if part < SHORTEST:
                 raise
         else:
-            done, part = done + part, 2.0 * part
+            done, part = done + part, min(most, 2.0 * part)
     return x
 
 
