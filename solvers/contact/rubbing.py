@@ -260,6 +260,10 @@ class Rubbing(Touching):
             return found
         return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
+    def bending(self, g: Floats) -> Floats:
+        """No more than at touch: what is far behind the surface on the way would turn off from it."""
+        return np.minimum(super().bending(g), self.barrier.most)
+
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
         super().add_hessian(x, data, slots, scale, projected)

@@ -231,8 +231,12 @@ class Touching(Energy):
         g, n, H = g[near], n[near], H[near]
         blocks = self.barrier.slope(g)[:, None, None] * n[:, :, None] * n[:, None, :]
         if not projected:
-            blocks -= np.minimum(self.barrier.pressure(g), self.barrier.most)[:, None, None] * H
+            blocks -= self.bending(g)[:, None, None] * H
         add_blocks(self.coupled(near, scale * self.A[near, None, None] * blocks), slots[near], data)
+
+    def bending(self, g: Floats) -> Floats:
+        """The pressures (p,), Pa, at gaps g (p,), m, by which a tangent takes what is round."""
+        return self.barrier.pressure(g)
 
     def coupled(self, points: Ints, blocks: Floats) -> Floats:
         """Stiffness at `points` (k,), blocks (k, 3, 3), N/m, as N_a N_b of it between their nodes (k, 3 a, 3 a)."""
