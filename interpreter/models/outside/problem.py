@@ -1,0 +1,64 @@
+"""What another program is told of a model, and what it answers: arrays alone, in SI, as softmark has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class NoAnswer(Exception):
+    """Why a program has left no answer that can be read, in words for users."""
+
+
+@dataclass(frozen=True)
+class Stuff:
+    """A material: its word in the language, its constants in SI by their names there, and the cells of it (k,)."""
+
+    law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
+    constants: Mapping[str, float]
+    density: float | None
+    cells: Ints
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A body at rest under dead loads, on a mesh. Nodes and cells count from 0, in the order of solvers/elements.
+
+    `held` (h, 2) are nodes and components (0, 1, 2), which move by `values` (h,), m, at full load; `forces` (n, 3), N,
+    are those on all nodes at full load, of tractions and weight as softmark integrates them. `shares` (s,) of the load
+    are asked for, in turn; the last is 1.
+    """
+
+    points: Floats  # (n, 3) m
+    cells: Ints  # (m, a)
+    element: str  # tet4, tet10, hex8, hex20, ...
+    strain: str  # small or finite
+    stuff: tuple[Stuff, ...]
+    held: Ints
+    values: Floats
+    forces: Floats
+    shares: tuple[float, ...] = (1.0,)
+    tolerance: float = 1e-8  # of the residual
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
+
+    `settled` says whether its own log calls it converged, None where that says nothing. Its own clocks are in s, what
+    it does not tell is absent: `setup_s`, `solve_s`, `io_s`.
+    """
+
+    u: Floats
+    settled: bool | None = None
+    iterations: int | None = None
+    clocks: Mapping[str, float] = field(default_factory=dict)
+    said: str = ""  # what of its log a user should see
