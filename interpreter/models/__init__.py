@@ -23,6 +23,7 @@ from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.springs.words import MassSpring
 
 MODELS: dict[str, type[Any]] = {
@@ -33,4 +34,5 @@ MODELS: dict[str, type[Any]] = {
     "mass_spring": MassSpring,
     "modal": Modal,
     "pod": Pod,
+    "results": Results,
 }

@@ -15,6 +15,7 @@ from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case
@@ -27,6 +28,7 @@ BUILDERS: dict[type[Any], str] = {
     MassSpring: "softmark.interpreter.models.springs.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",
+    Results: "softmark.interpreter.models.results.build",
 }
 
 # of bodies whose stress relaxes

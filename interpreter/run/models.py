@@ -69,10 +69,10 @@ def solve(work: Work, name: str) -> None:
     solution = replace(solution, facts=solution.facts | known)
     clock = {
         "setup_s": Timing((setup,)),
-        "solve_s": Timing(tuple(wall)) if wall else None,
+        "solve_s": Timing(tuple(wall)) if wall and declared.thing.timed else None,
         "step_s": Timing(history.step_s) if history and history.step_s else None,
         "setup_cpu_s": Timing((setup_cpu,)),
-        "solve_cpu_s": Timing(tuple(cpu)) if cpu else None,
+        "solve_cpu_s": Timing(tuple(cpu)) if cpu and declared.thing.timed else None,
     }
     seen = {}
     if solution.displacement is not None:

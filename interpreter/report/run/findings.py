@@ -9,7 +9,7 @@ from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
 from softmark.interpreter.results.names import Named
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
-from softmark.interpreter.results.states import percent
+from softmark.interpreter.results.states import ANSWERED, percent
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
@@ -125,7 +125,7 @@ class Findings:
     @cached_property
     def unsolved(self) -> dict[str, Result]:
         """Models and references that were tried and gave no solution."""
-        return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "capped", "skipped")}
+        return {n: r for n, r in self.everyone.items() if r.status not in (*ANSWERED, "skipped")}
 
     # -------------------------------------------------------------- sentences
 

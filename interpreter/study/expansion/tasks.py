@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 POINTS = 200  # of a probe that a comparison keeps
-FINE = ("converged", "capped", "skipped")
+FINE = ("converged", "capped", "read", "skipped")
 
 
 def perform(task: PointTask) -> PointOutcome:
