@@ -26,6 +26,7 @@ class Stuff:
     constants: Mapping[str, float]
     density: float | None
     cells: Ints
+    choices: Mapping[str, str] = field(default_factory=dict)  # its words: volumetric = logarithmic
 
 
 @dataclass(frozen=True)

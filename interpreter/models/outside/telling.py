@@ -1,0 +1,149 @@
+"""What another program is told of a model of ours: its mesh, what holds it, what loads it, what it is made of.
+
+`reasons` says what of a model and its case has no words here, from what the scene says alone; `told` needs arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.vocabulary.analyses import Dynamic, Static
+from softmark.interpreter.vocabulary.loads import Follower, Routed, Turning
+from softmark.solvers.materials import WORDS
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.build import PreparedSolid
+    from softmark.interpreter.models.outside.problem import Problem, Stuff
+    from softmark.interpreter.models.shared.pieces import Piece
+    from softmark.interpreter.problem.case import Case
+
+Reason = tuple[str, str]  # what cannot be told, and why
+
+_NO_TIME = "other programs are told of bodies at rest alone"
+_NODAL = "what holds a body is told as displacements of its nodes"
+_DEAD = "forces are told as those on nodes of the undeformed body, and these would have to follow it"
+
+
+class Untold(Exception):
+    """A model that other programs cannot be told of; `reasons` has what of it, and why."""
+
+    def __init__(self, reasons: list[Reason]) -> None:
+        super().__init__("; ".join(f"{what}: {why}" for what, why in reasons))
+        self.reasons = reasons
+
+
+def reasons(model: Any, case: Case) -> list[Reason]:
+    """What of a model (its words) and its case the neutral problem cannot say; nothing where all can be told."""
+    if not isinstance(model, Fem):
+        return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
+    return [*_of_model(model), *_of_analysis(case), *_of_body(case), *_of_supports(case), *_of_loads(model, case)]
+
+
+def _of_model(model: Fem) -> Iterator[Reason]:
+    if model.strain == "corotational":
+        yield "strain = corotational", "it is an energy of our own: others have small strain, or a law at finite strain"
+    if model.formulation != "displacement":
+        yield f"formulation = {model.formulation}", "other programs are told of displacements alone, without pressures"
+    if model.integration != "full":
+        yield f"integration = {model.integration}", "what others call reduced or selective is not the same"
+    if model.cap is not None or model.linear_cap is not None:
+        yield "cap" if model.cap is not None else "linear_cap", "it leaves a state unsolved in a way of our own"
+
+
+def _of_analysis(case: Case) -> Iterator[Reason]:
+    if isinstance(case.analysis, Dynamic):
+        yield "the dynamic analysis", _NO_TIME
+    elif not isinstance(case.analysis, Static):
+        yield "the quasistatic analysis", _NO_TIME
+    elif case.analysis.path != "load":
+        yield f"path = {case.analysis.path}", "others are told of a load that is raised, and not of a path past its top"
+    elif case.analysis.disturbed != "none":
+        yield f"disturbed = {case.analysis.disturbed}", "others start from rest"
+
+
+def _of_body(case: Case) -> Iterator[Reason]:
+    if case.planar in ("plane_stress", "axisymmetric"):
+        yield case.planar, "a slice of a plate or of a body of revolution is no solid of its own"
+    for material in case.materials:
+        name = type(material).__name__
+        if not getattr(material, "uniform", True):
+            yield f"the graded {name}", "a material is told by one number for each of its constants"
+        if getattr(material, "directed", False):
+            yield f"the directed {name}", "fibres have no words in the neutral problem"
+        if getattr(material, "pulls", False):
+            yield f"the muscle {name}", "what pulls within has no words in the neutral problem"
+    if case.porous:
+        yield "fluid that seeps", _NO_TIME
+    elif case.remembers:
+        yield "stress that relaxes", _NO_TIME
+
+
+def _of_supports(case: Case) -> Iterator[Reason]:
+    for support in case.supports:
+        if support.thing.turns:
+            yield f"support `{support.name}`", "it turns, and values of nodes grow with the load along straight lines"
+    for bed in (*case.beds, *case.drains):
+        yield f"support `{bed.name}`", _NODAL
+    names = [*(touch.name for touch in case.contacts), *(pair.name for pair in case.pairs)]
+    for name in names:
+        yield f"contact `{name}`", "the neutral problem is of one body that touches nothing"
+
+
+def _of_loads(model: Fem, case: Case) -> Iterator[Reason]:
+    for load in case.loads:
+        action = load.thing.action
+        if isinstance(action, Routed) or (isinstance(action, Follower | Turning) and model.strain != "small"):
+            yield f"load `{load.name}`", _DEAD
+
+
+def told(prepared: PreparedSolid, case: Case) -> Problem:
+    """The neutral problem of a static `fem(...)` model that is prepared for a case, or for one state of it.
+
+    Small strain takes the moduli of any material at rest, so that its law is `linear_elastic` there. Raises Untold.
+    """
+    import numpy as np
+
+    from softmark.interpreter.models.outside.problem import Problem
+
+    if found := reasons(prepared.model, case):
+        raise Untold(found)
+    mesh, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
+    forces = sum((f for _, f in prepared.forces()), np.zeros_like(mesh.points))
+    return Problem(
+        points=mesh.points,
+        cells=np.asarray(mesh.cells, dtype=np.int64),
+        element=mesh.kind,
+        strain=prepared.model.strain,
+        stuff=tuple(_stuff(own, prepared.model.strain, len(mesh.cells)) for own in prepared.pieces),
+        held=np.stack(np.divmod(fixed, 3), axis=1),
+        values=np.asarray(prepared.problem.target, dtype=np.float64),
+        forces=forces,
+        tolerance=case.analysis.tolerance,
+    )
+
+
+def _stuff(own: Piece, strain: str, count: int) -> Stuff:
+    """A material, and its cells of so many."""
+    import numpy as np
+
+    from softmark.interpreter.models.outside.problem import Stuff
+
+    cells = np.arange(count, dtype=np.int64)[own.which]
+    material = own.case.material
+    if strain == "small":
+        young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
+        return Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
+    law = next(word for word, kind in WORDS.items() if type(material) is kind)
+    constants, choices = dict[str, float](), dict[str, str]()
+    for name in (f.name for f in fields(material)):
+        value = getattr(material, name)
+        if isinstance(value, str):
+            choices[name] = value
+        elif isinstance(value, tuple):  # of a law with terms: mu_1, mu_2, ...
+            constants |= {f"{name}_{i}": float(v) for i, v in enumerate(value, start=1)}
+        elif value is not None and name != "density":
+            constants[name] = float(value)
+    return Stuff(law, constants, material.density, cells, choices)
