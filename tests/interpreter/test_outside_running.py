@@ -45,7 +45,6 @@ def test_what_ends_is_done_and_what_it_said_is_kept(tmp_path: Path) -> None:
     assert 0.0 < end.wall_s < 20.0
     assert end.cpu_s is not None
     assert end.cpu_s <= end.wall_s
-    assert (end.peak or 0) > 2**20
     assert MARK not in os.environ
 
 
@@ -86,7 +85,6 @@ def test_what_eats_memory_is_told_from_what_dies(tmp_path: Path) -> None:
     end = ended(tmp_path, "kept = []\nwhile True:\n    kept.append(bytearray(2**26))", memory=0.5 * GB)
     assert end.how == "out_of_memory"
     assert end.why == "it ran out of the 0.5 GB of memory that it was given"
-    assert (end.peak or 0) < 0.5 * GB
 
 
 CHILDREN = """

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
 HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
 TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
+OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
 NOT_KNOWN = "another program solved it, and of the stiffness in its state nothing is known"
 
 
@@ -91,7 +92,7 @@ class PreparedOutside:
 
     def solve(self, watch: Watch) -> Solution:
         """What the program answers, where it can be asked, is there, and its answer stands up to our equations."""
-        known: dict[str, Any] = {"iterations": None, "steps": None, "residual": None, "program": self.model.told.title}
+        known: dict[str, Any] = {"program": self.model.told.title}
         program = adapter(self.model.program)
         if (version := program.version()) is None:
             return Solution("skipped", f"{self.model.told.title} is not installed: {program.install}", known)
@@ -109,7 +110,7 @@ class PreparedOutside:
         program.write(problem, folder)
         model = self.model
         end = running.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
-        known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s, "peak_bytes": end.peak}}
+        known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
         if end.how != "done":
             return Solution("failed", f"{model.told.title}: {end.message}", known)
         try:
@@ -120,8 +121,9 @@ class PreparedOutside:
         except NoAnswer as none:
             words = f"; {end.words}" if end.last else ""
             return Solution("failed", f"{model.told.title}: {none}{words}", known)
-        spent = spent_by(answer, end)
-        known = known | {"iterations": answer.iterations, "clock": dict(answer.clocks), "says": answer.said or None}
+        spent = spent_by(answer, end, model.threads)
+        known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
+        known |= {} if answer.iterations is None else {"iterations": answer.iterations}
         return replace(self._judged(answer, u, problem, known), spent=spent)
 
     # ------------------------------------------------------------------ judging
@@ -170,7 +172,8 @@ class PreparedOutside:
 
     def _finished(self, found: Solution, known: dict[str, Any]) -> Solution:
         """Our words for the state, without those of how we would have solved it."""
-        facts = {**found.facts, **known, "stable": None, "history": []}
+        ours = {n: v for n, v in found.facts.items() if n not in OURS}
+        facts = {**ours, **known, "stable": None}
         facts |= {"criterion": "residual in our equations, of displacements that another program found"}
         return replace(found, facts=facts, vibrations=vibrations.none(NOT_KNOWN))
 
@@ -187,12 +190,12 @@ def looked_at(answer: Answer, problem: Problem) -> Floats:
     return found
 
 
-def spent_by(answer: Answer, end: End) -> Spent:
+def spent_by(answer: Answer, end: End, threads: int) -> Spent:
     """Its time of solution by its own clock, or else that of all that it did, or of its whole process, as a bound."""
-    cpu = end.wall_s if end.cpu_s is None else end.cpu_s
+    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:
-        return Spent(solve, min(cpu, answer.clocks.get("solve_cpu_s", cpu)), False)
+        return Spent(solve, min(cpu, threads * solve), False)
     if whole is not None and 0.0 <= whole <= end.wall_s:
         return Spent(whole, cpu, True)
     return Spent(end.wall_s, cpu, True)

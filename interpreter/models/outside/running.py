@@ -50,13 +50,12 @@ _MEMORY = re.compile(
 
 @dataclass(frozen=True)
 class End:
-    """How a program ended: its wall time and CPU time (s), the most memory it held (bytes), and its last words."""
+    """How a program ended: its wall time and CPU time (s), and its last words."""
 
     how: How
     code: int | None  # its exit status, or less than 0: the signal that ended it
     wall_s: float
     cpu_s: float | None  # None of one that was stopped
-    peak: int | None
     last: tuple[str, ...]
     why: str  # in words for users
 
@@ -97,13 +96,13 @@ def run(
             env=_environment(folder, threads, environment, mark), start_new_session=True,
         )  # fmt: skip
     except (OSError, ValueError) as error:
-        return End("unstarted", None, 0.0, None, None, (), f"it could not be started ({error})")
+        return End("unstarted", None, 0.0, None, (), f"it could not be started ({error})")
     try:
         how, status, usage = _watched(child, folder / LOG, begin + seconds, most)
     finally:
         _killed(child, mark)
-    cpu, peak = (None, None) if usage is None else (usage.ru_utime + usage.ru_stime, 1024 * usage.ru_maxrss)
-    return _end(how, status, time.monotonic() - begin, cpu, peak, last_words(folder / LOG), (seconds, memory, most))
+    spent = None if usage is None else usage.ru_utime + usage.ru_stime
+    return _end(how, status, time.monotonic() - begin, spent, last_words(folder / LOG), (seconds, memory, most))
 
 
 def _allowed(which: int, asked: float) -> float:
@@ -189,7 +188,7 @@ def strays(mark: str) -> list[int]:
 
 
 def _end(
-    how: How, code: int | None, wall: float, cpu: float | None, peak: int | None, last: tuple[str, ...],
+    how: How, code: int | None, wall: float, cpu: float | None, last: tuple[str, ...],
     limits: tuple[float, float, int],
 ) -> End:  # fmt: skip
     """The end in words; one that died for want of memory, or of CPU time, is told from others that died."""
@@ -204,7 +203,7 @@ def _end(
         "out_of_memory": lambda: f"it ran out of the {memory / 1e9:.3g} GB of memory that it was given",
         "died": lambda: _died(code or 0),
     }
-    return End(how, code, wall, cpu, peak, last, why[how]())
+    return End(how, code, wall, cpu, last, why[how]())
 
 
 def _died(code: int) -> str:

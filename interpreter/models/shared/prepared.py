@@ -100,6 +100,11 @@ class Spent:
     cpu_s: float
     most: bool
 
+    @property
+    def basis(self) -> str:
+        """By whose clock, in words."""
+        return "of its whole process: an upper bound" if self.most else "by the program's own clock"
+
 
 @dataclass(frozen=True)
 class Solution:

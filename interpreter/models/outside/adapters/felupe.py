@@ -48,7 +48,13 @@ def solved(problem: Problem) -> Answer:
         at = share
     done = time.perf_counter()
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
-    return Answer(np.array(states), True, newton.iterations, clocks, f"{newton.steps} steps of the load")
+    return Answer(
+        np.array(states),
+        True,
+        newton.iterations,
+        clocks,
+        f"{newton.steps} {'step' if newton.steps == 1 else 'steps'} of the load",
+    )
 
 
 def law(problem: Problem) -> Any:
