@@ -10,8 +10,10 @@ FACTOR, FLOOR = 1000, 1 << 30  # bytes of memory for a byte of the file, and for
 
 
 @contextmanager
-def rationed(path: Path) -> Iterator[None]:
+def rationed(path: Path, size: int | None = None) -> Iterator[None]:
     """While a file is read, this process may take 1000 times its size and 1 GiB beyond what it has.
+
+    `size` in bytes is that of all files of a series.
 
     A header that promises more than the file holds then ends in a MemoryError, instead of in a machine that has no
     memory left. Where the system has no such limits, or sets a lower one, nothing changes.
@@ -21,7 +23,7 @@ def rationed(path: Path) -> Iterator[None]:
 
         has = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-        limit = has + FACTOR * path.stat().st_size + FLOOR
+        limit = has + FACTOR * (path.stat().st_size if size is None else size) + FLOOR
     except (ImportError, OSError):
         yield
         return

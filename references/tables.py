@@ -61,6 +61,15 @@ def columns(file: Path, asked: Sequence[str]) -> Columns:
     return Columns(file.name, numbers, tuple(line for line, _ in filled), notes)
 
 
+def header(file: Path) -> tuple[str, ...]:
+    """What seem to be the names of a file's columns. Raises Unreadable where there are none."""
+    text = _text(file)
+    likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
+    if not likely:
+        raise Unreadable(file.name, "it names no columns", "the line above its numbers must name the columns")
+    return tuple(likely)
+
+
 def _text(file: Path) -> str:
     try:
         text = file.read_text(encoding="utf-8-sig")

@@ -19,7 +19,7 @@ class NoAnswer(Exception):
 
 
 class NotSettled(NoAnswer):
-    """Why a program says itself that it has found no equilibrium."""
+    """Why a program says itself that it has not converged."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,7 @@ class Answer:
     """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
 
     `settled` says whether its own log calls it converged, None where that says nothing. Its own clocks are in s, what
-    it does not tell is absent: `setup_s`, `solve_s`, `io_s`, or
-    of all of that together `whole_s`.
+    it does not tell is absent: `setup_s`, `solve_s`, `io_s`, and `whole_s` of one that tells all together.
     """
 
     u: Floats

@@ -1,0 +1,46 @@
+"""PVD, ParaView's series of VTU files with their times: files in its own folder or below, and no others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from softmark.interpreter.models.results.readers import LARGEST
+from softmark.interpreter.models.results.readers.moments import AGAIN, Moment, told
+from softmark.interpreter.models.results.readers.trees import parsed, within
+from softmark.interpreter.models.results.readers.vtu import read_moment
+from softmark.interpreter.models.results.told import Told
+from softmark.references.measured import Unreadable
+from softmark.references.rationing import rationed
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+def read(file: Path) -> Told:
+    """All moments. Raises Unreadable."""
+    with rationed(file):
+        top = parsed(file.name, file.read_bytes(), "VTKFile")
+    entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]
+    if any(part not in ("", "0") for _, _, part in entries):
+        raise Unreadable(file.name, "its moments are in several parts", "merge them in ParaView, and save one for each")
+    files = [within(file.name, file.parent, path) for path, _, _ in entries]
+    if len(set(files)) < len(files):
+        raise Unreadable(file.name, "it names one file for several moments", "give each moment a file of its own")
+    if other := next((f for f in files if f.suffix.lower() != ".vtu"), None):
+        raise Unreadable(file.name, f"it names `{other.name}`, and a series is of .vtu files", "save its files as .vtu")
+    size = sum(f.stat().st_size for f in files)
+    if size > LARGEST:
+        reason = f"its files have {size / 2**30:.1f} GiB in all, and {LARGEST >> 30} GiB are read"
+        raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
+    with rationed(file, size):
+        return told(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
+
+
+def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
+    """One after the other, at the times of the series. Raises Unreadable."""
+    for file, time in zip(files, times, strict=True):
+        if time and not NUMBER.fullmatch(time.strip()):
+            raise Unreadable(name, f"`{time[:40]}` is no time", AGAIN)
+        yield replace(read_moment(file), time=float(time) if time else None)

@@ -1,0 +1,82 @@
+"""XML of files of results: trees without entities, and paths in them that stay within a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.references.measured import Unreadable
+
+AGAIN = "write the file again: it may be cut off"
+DEEP = 50  # elements within each other
+ElementT = ElementTree.Element
+
+
+def parsed(name: str, data: bytes, root: str) -> ElementT:
+    """The tree of a file whose outermost element is called so. Raises Unreadable.
+
+    UTF-8 alone, and no document type: what expands, or names other files, is declared in one.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise Unreadable(name, "it is no XML in UTF-8", AGAIN) from None
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise Unreadable(name, "it declares a document type or entities", "write it without: results need none")
+    builder = _Shallow(name)
+    parser = ElementTree.XMLParser(target=builder)
+    try:
+        parser.feed(text)
+        top = parser.close()
+    except ElementTree.ParseError as error:
+        raise Unreadable(name, f"it is no whole XML ({error})", AGAIN) from None
+    if not isinstance(top, ElementT) or top.tag != root:
+        raise Unreadable(name, f"it does not begin with `{root}`", AGAIN)
+    return top
+
+
+class _Shallow(ElementTree.TreeBuilder):
+    """Builds trees of a few levels."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.name = name
+        self.depth = 0
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> ElementT:
+        """As of any builder. Raises Unreadable."""
+        self.depth += 1
+        if self.depth > DEEP:
+            raise Unreadable(self.name, f"its elements lie more than {DEEP} deep in each other", AGAIN)
+        return super().start(tag, attrs)
+
+    def end(self, tag: str, /) -> ElementT:
+        """As of any builder."""
+        self.depth -= 1
+        return super().end(tag)
+
+
+def numbers(text: str, kind: str) -> NDArray[np.generic]:
+    """Of a type. Raises ValueError, OverflowError."""
+    if "_" in text:  # which Python takes within numbers
+        raise ValueError("`_` stands in a number")
+    return np.array(text.split(), dtype=kind)
+
+
+def within(name: str, folder: Path, told: str) -> Path:
+    """The file of that path, which must lie in the folder or below. Raises Unreadable."""
+    shown = told if len(told) < 80 else f"{told[:80]}..."
+    remedy = "files that belong together lie in one folder: name them by paths within it"
+    try:
+        home = folder.resolve()
+        file = (home / told).resolve()
+        if not file.is_relative_to(home):
+            raise Unreadable(name, f"`{shown}` lies outside the folder of the file", remedy)
+        if not file.is_file():
+            raise Unreadable(name, f"it names `{shown}`, and there is no such file", remedy)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise Unreadable(name, f"it names `{shown}`, which cannot be read ({error})", remedy) from None
+    return file

@@ -1,0 +1,21 @@
+"""VTK's legacy files, as text and binary, through meshio."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from softmark.interpreter.models.results.readers.moments import AGAIN, moment, told
+from softmark.interpreter.models.results.told import Told
+from softmark.references.measured import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh, parsed
+
+
+def read(file: Path) -> Told:
+    """One moment, whose time the format does not tell. Raises Unreadable."""
+    try:
+        found = parsed(file)
+    except UnreadableMesh as error:
+        raise Unreadable(file.name, str(error), error.remedy or AGAIN) from None
+    left = tuple(f"`{word}` of cells" for word in found.cell_data)
+    blocks = [(block.type, block.data) for block in found.cells]
+    return told(file.name, [moment(file.name, found.points, blocks, found.point_data, left=left)])
