@@ -24,6 +24,7 @@ from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.springs.words import MassSpring
 
 MODELS: dict[str, type[Any]] = {
@@ -35,4 +36,5 @@ MODELS: dict[str, type[Any]] = {
     "outside": Outside,
     "modal": Modal,
     "pod": Pod,
+    "results": Results,
 }

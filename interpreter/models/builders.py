@@ -16,6 +16,7 @@ from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
 from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case
@@ -29,6 +30,7 @@ BUILDERS: dict[type[Any], str] = {
     Outside: "softmark.interpreter.models.outside.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",
+    Results: "softmark.interpreter.models.results.build",
 }
 
 # of bodies whose stress relaxes

@@ -231,7 +231,7 @@ class ModelResult:
     """A model's outcome; probes and metrics are empty of numbers unless it converged."""
 
     name: str
-    status: str  # converged | capped | not_converged | diverged | failed | skipped | unsupported
+    status: str  # converged | capped | read | not_converged | diverged | failed | skipped | unsupported
     message: str | None
     outline: str
     size: Mapping[str, int] = field(default_factory=dict)
@@ -263,7 +263,7 @@ class ModelResult:
             "outline": self.outline,
             "size": dict(self.size),
             "solve": dict(self.solve),
-            "time": {n: _timing(n, t) for n, t in self.time.items()},
+            "time": {n: _timing(n, t, self.status) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": _measured(self.metrics, self.states),
             "loads": {n: r.to_json() for n, r in self.loads.items()},
@@ -290,9 +290,10 @@ def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
     return {"states": found} if found else {}
 
 
-def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
+def _timing(name: str, timing: Timing | None, status: str) -> dict[str, Any]:
     if timing is None:
         reason = "a static analysis has no time steps" if name == "step_s" else "it did not finish"
+        reason = "nothing was solved here" if status == "read" else reason
         return {
             "median": None,
             "min": None,

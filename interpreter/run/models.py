@@ -74,10 +74,10 @@ def solve(work: Work, name: str) -> None:
 
     clock = {
         "setup_s": Timing((setup,)),
-        "solve_s": timed(wall) if wall else None,
+        "solve_s": timed(wall) if wall and declared.thing.timed else None,
         "step_s": Timing(history.step_s) if history and history.step_s else None,
         "setup_cpu_s": Timing((setup_cpu,)),
-        "solve_cpu_s": timed(cpu) if cpu else None,
+        "solve_cpu_s": timed(cpu) if cpu and declared.thing.timed else None,
     }
     seen = {}
     if solution.displacement is not None:

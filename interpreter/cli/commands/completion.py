@@ -10,6 +10,7 @@ OPTIONS = {
     "run": "-p --model --out --json --junit --vtu --repeat",
     "compare": "-p --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
     " --allow-contaminated",
+    "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
     "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
     "fmt": "--check",
     "new": "--list",
@@ -48,7 +49,7 @@ _dsl() {{
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|compare|stress|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
+    check|plan|run|judge|compare|stress|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
     explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
     list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;

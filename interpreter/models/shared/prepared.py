@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 # capped: computed as the scene asks, with steps that were accepted unsolved
-Status = Literal["converged", "capped", "not_converged", "diverged", "failed", "skipped", "unsupported"]
+Status = Literal["converged", "capped", "read", "not_converged", "diverged", "failed", "skipped", "unsupported"]
 
 
 class Moved(Protocol):

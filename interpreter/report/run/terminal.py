@@ -25,6 +25,7 @@ SEVERAL = 5  # names that a line lists
 STATUS = {
     "converged": "ok",
     "capped": "capped",
+    "read": "read",
     "not_converged": "did not converge",
     "diverged": "diverged",
     "failed": "failed",

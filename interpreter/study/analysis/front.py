@@ -16,7 +16,7 @@ from itertools import pairwise
 
 from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import RefinementLine
-from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread, uncertainty_of
+from softmark.interpreter.study.analysis.point import READ, UNKNOWNS, ComparedPoint, Spread, uncertainty_of
 from softmark.records import dataclass
 
 RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
@@ -105,6 +105,8 @@ def _candidate(
 
 
 def _why_no_effort(point: ComparedPoint, clock: str) -> str:
+    if point.status == READ:
+        return "it was read from a file: nobody timed it here"
     if clock != UNKNOWNS:
         return "it was not timed"
     return "the unknowns of a reduced model say nothing of its cost" if point.reduced else "its size is not known"

@@ -25,6 +25,7 @@ WIDE = 6  # a table with more metrics is set more tightly
 SYMBOLS = {
     "converged": ("✓", "good", "converged"),
     "capped": ("~", "quiet", "capped, steps unsolved"),
+    "read": ("✓", "good", "read from a file"),
     "skipped": ("–", "quiet", "skipped"),
     "unsupported": ("–", "quiet", "unsupported"),
     "not_converged": ("✗", "bad", "not converged"),
