@@ -2,7 +2,7 @@
 
 An adapter is a module `adapters/NAME.py` with
     install                    in words, how to install what it needs
-    version()                  what it says of itself, None where it is not installed
+    version()                  its number, None where it is not installed
     refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
     write(problem, folder)     its input
     command(folder)            what is run there, see `running.py`, which leaves what it says in `log.txt`
@@ -33,6 +33,11 @@ class Program:
 _SMALL = ("linear_elastic",)
 
 PROGRAMS: Mapping[str, Program] = {
+    "calculix": Program(
+        "CalculiX",
+        ("tet4", "tet10", "hex8", "hex20"),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean_isochoric", "mooney_rivlin", "yeoh")},
+    ),
     "felupe": Program(
         "FElupe",
         ("tet4", "tet10", "hex8", "hex20", "hex27"),

@@ -44,6 +44,7 @@ LOG = "log.txt"  # what it said
 MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
 LEAST_SPARE = 1e-4  # of 1 - 2 nu: nearer to incompressible it changes D1 by itself, without a word
+PRINTED = 5e-7  # of a number: half of the last of 7 digits
 TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
 _TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {8,}\S[^\n]*)*)", re.M)
 _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
@@ -198,12 +199,14 @@ def read(folder: Path) -> Answer:
         raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
     if len(printed) != asked or len({len(own) for own in printed}) != 1:
         raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
-    u = np.array(_doubles(folder / f"{JOB}.rout", printed))
+    whole = _doubles(folder / f"{JOB}.rout", printed)
+    rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
+    u = np.array(whole)
     if not np.isfinite(u).all():
         raise NoAnswer("some of its displacements are no finite numbers")
     told = _TIME.search(log)
     clocks = {"whole_s": float(told[1])} if told else {}
-    return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said)
+    return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
 
 
 def _text(path: Path) -> str:

@@ -44,9 +44,9 @@ class Package:
         if find_spec(self.imported) is None:
             return None
         try:
-            return f"{self.distributed} {version_of(self.distributed)}"
+            return version_of(self.distributed)
         except PackageNotFoundError:  # a folder on the path
-            return self.distributed
+            return "of a folder"
 
     def refuses(self, problem: Problem) -> list[tuple[str, str]]:
         """Nothing beyond what the table says."""
