@@ -14,6 +14,7 @@ from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
@@ -26,6 +27,7 @@ BUILDERS: dict[type[Any], str] = {
     Frame6Dof: "softmark.interpreter.models.network.build",
     Homogeneous: "softmark.interpreter.models.homogeneous.build",
     MassSpring: "softmark.interpreter.models.springs.build",
+    Outside: "softmark.interpreter.models.outside.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",
     Results: "softmark.interpreter.models.results.build",
@@ -35,9 +37,13 @@ BUILDERS: dict[type[Any], str] = {
 REMEMBERING: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.ageing",
     Beam6Dof: "softmark.interpreter.models.beam.ageing",
+    Outside: "softmark.interpreter.models.outside.build",  # which says that it is not
 }
 # of bodies that fluid seeps through
-SOAKED: dict[type[Any], str] = {Fem: "softmark.interpreter.models.fem.seeping"}
+SOAKED: dict[type[Any], str] = {
+    Fem: "softmark.interpreter.models.fem.seeping",
+    Outside: "softmark.interpreter.models.outside.build",
+}
 
 
 def load(model: Any) -> None:

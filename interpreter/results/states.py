@@ -18,6 +18,7 @@ from typing import Any
 from softmark.records import dataclass
 
 ANSWERED = ("converged", "capped", "read")
+LEFT_OUT = ("skipped", "unsupported")  # nothing was tried: no failure, and no answer
 
 
 class Moment(float):

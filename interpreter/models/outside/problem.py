@@ -18,6 +18,10 @@ class NoAnswer(Exception):
     """Why a program has left no answer that can be read, in words for users."""
 
 
+class NotSettled(NoAnswer):
+    """Why a program says itself that it has not converged."""
+
+
 @dataclass(frozen=True)
 class Stuff:
     """A material: its word in the language, its constants in SI by their names there, and the cells of it (k,)."""
@@ -55,7 +59,7 @@ class Answer:
     """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
 
     `settled` says whether its own log calls it converged, None where that says nothing. Its own clocks are in s, what
-    it does not tell is absent: `setup_s`, `solve_s`, `io_s`.
+    it does not tell is absent: `setup_s`, `solve_s`, `io_s`, and `whole_s` of one that tells all together.
     """
 
     u: Floats
@@ -63,3 +67,4 @@ class Answer:
     iterations: int | None = None
     clocks: Mapping[str, float] = field(default_factory=dict)
     said: str = ""  # what of its log a user should see
+    rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles

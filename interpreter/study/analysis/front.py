@@ -24,7 +24,7 @@ RELATIVE = (0.1, 0.05, 0.01)
 DISTURBED = "its timing was disturbed"
 STATUS = {
     "not_converged": "it did not converge", "diverged": "it diverged", "failed": "it failed",
-    "skipped": "it was skipped", "timed_out": "it ran out of time",
+    "skipped": "it was skipped", "unsupported": "its program cannot compute it", "timed_out": "it ran out of time",
 }  # fmt: skip
 
 

@@ -1,0 +1,267 @@
+"""CalculiX (`ccx`): decks in the style of Abaqus, run as a program, read from what it prints.
+
+In mm, Pa and uN (g, mm and s), for it takes forces below 1e-6 for none. It reads 20 characters of a number, which are
+14 digits, and prints 7 of each displacement; the restart file, which has them as doubles, gives the others where it
+agrees with those.
+Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.models.outside.problem import Floats, Ints, Problem, Stuff
+else:
+    from softmark.solvers.base.deferred import np
+
+title = "CalculiX"
+program = "ccx"
+install = "install the package `calculix-ccx` (Debian, Ubuntu), or see calculix.de"
+
+elements: Mapping[str, str] = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
+laws: Mapping[str, tuple[str, ...]] = {
+    "small": ("linear_elastic",),
+    "finite": ("st_venant_kirchhoff", "neo_hookean_isochoric", "mooney_rivlin", "yeoh"),
+}
+others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
+    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is"
+    " `neo_hookean_isochoric`, and not ln J",
+    "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has K/2 ((J^2 - 1)/2 - ln J) for the volume",
+}
+
+JOB = "job"
+LOG = "log.txt"  # what it said
+MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
+UN = 1e6
+LEAST_SPARE = 1e-4  # of 1 - 2 nu: nearer to incompressible it changes D1 by itself, without a word
+PRINTED = 5e-7  # of a number: half of the last of 7 digits
+TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
+_TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {8,}\S[^\n]*)*)", re.M)
+_TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
+
+
+def version() -> str | None:
+    """What it says of itself; None where it is not installed."""
+    if shutil.which(program) is None:
+        return None
+    said = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20, check=False).stdout.split()
+    return said[-1] if said else None
+
+
+def refuses(problem: Problem) -> list[tuple[str, str]]:
+    """What of a problem it cannot take, and why; nothing where it takes all."""
+    found = []
+    if problem.element not in elements:
+        found.append((problem.element, f"it has no such element; it has {', '.join(elements)}"))
+    for stuff in problem.stuff:
+        found += _of_law(stuff, problem.strain)
+    return found
+
+
+def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
+    known = laws.get(strain, ())
+    if stuff.law not in known:
+        why = others.get(stuff.law) or f"it has no such law; in {strain} strain it has {', '.join(known)}"
+        yield stuff.law, why
+    elif stuff.choices.get("volumetric", "squared") != "squared":
+        yield f"volumetric = {stuff.choices['volumetric']}", "its energy of a change of volume is K/2 (J - 1)^2"
+    elif stuff.law in _LAWS and 1.0 - 2.0 * stuff.constants["poisson"] < LEAST_SPARE:
+        yield f"poisson = {stuff.constants['poisson']:g}", "it makes softer what is so near to incompressible"
+
+
+# ------------------------------------------------------------------ writing
+
+
+def write(problem: Problem, folder: Path) -> None:
+    """Its input, JOB.inp, in a folder. Raises ValueError for what it cannot take (`refuses`)."""
+    if found := refuses(problem):
+        raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
+    (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem), ""]), encoding="ascii")
+
+
+def deck(problem: Problem) -> Iterator[str]:
+    """Its cards, one or several to a line."""
+    yield "** units: mm, Pa, uN (g, mm, s); nodes and elements count from 1"
+    yield from nodes(MM * problem.points, 1, "ALL")
+    for number, stuff in enumerate(problem.stuff, start=1):
+        yield from cells(elements[problem.element], problem.cells[stuff.cells], 1, stuff.cells + 1, f"PART{number}")
+    for number, stuff in enumerate(problem.stuff, start=1):
+        yield f"*MATERIAL, NAME=M{number}"
+        yield from law(stuff)
+        yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
+    yield from _sets(problem)
+    yield "*RESTART, WRITE, FREQUENCY=1"
+    for share in problem.shares:
+        yield from _step(problem, share)
+
+
+def number(value: float) -> str:
+    """As many digits as it reads."""
+    return f"{value:.13e}"
+
+
+def nodes(points: Floats, first: int, name: str) -> list[str]:
+    """Cards of nodes (n, 3), numbered from `first`."""
+    rows = (",".join([str(first + i), *map(number, p)]) for i, p in enumerate(points.tolist()))
+    return [f"*NODE, NSET={name}", *rows]
+
+
+def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], name: str) -> list[str]:
+    """Cards of elements (m, a) with these numbers, whose nodes count from `node`; 16 numbers to a line."""
+    lines = [f"*ELEMENT, TYPE={kind}, ELSET={name}"]
+    for own, cell in zip(np.asarray(numbers).tolist(), (np.asarray(members) + node).tolist(), strict=True):
+        row = [str(own), *map(str, cell)]
+        lines += [",".join(row)] if len(row) <= 16 else [",".join(row[:16]) + ",", ",".join(row[16:])]
+    return lines
+
+
+def chosen(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
+    """Cards of a set of nodes (NSET) or elements (ELSET)."""
+    return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
+
+
+def law(stuff: Stuff) -> list[str]:
+    """Cards of what a material resists with: *ELASTIC is St Venant and Kirchhoff's law where a step has NLGEOM."""
+    own = stuff.constants
+    if stuff.law in ("linear_elastic", "st_venant_kirchhoff"):
+        return ["*ELASTIC", f"{number(own['young'])},{number(own['poisson'])}"]
+    word, names = _LAWS[stuff.law]
+    bulk = own["young"] / (3.0 * (1.0 - 2.0 * own["poisson"]))
+    shape = [own[name] for name in names] if names else [own["young"] / (1.0 + own["poisson"]) / 4.0]
+    rest = [2.0 / bulk] + [0.0] * (2 if word == "YEOH" else 0)
+    return [f"*HYPERELASTIC, {word}", ",".join(map(number, shape + rest))]
+
+
+_LAWS: Mapping[str, tuple[str, tuple[str, ...]]] = {  # its word, and our constants in its order; none: C10 = mu/2
+    "neo_hookean_isochoric": ("NEO HOOKE", ()),
+    "mooney_rivlin": ("MOONEY-RIVLIN", ("c1", "c2")),
+    "yeoh": ("YEOH", ("c1", "c2", "c3")),
+}
+
+
+def _sets(problem: Problem) -> Iterator[str]:
+    """Nodes that are held where they are, a set for each direction."""
+    for c in range(3):
+        still = problem.held[(problem.held[:, 1] == c) & (problem.values == 0.0), 0]
+        if len(still):
+            yield from chosen("NSET", f"HELD{c + 1}", still + 1)
+            yield from ("*BOUNDARY", f"HELD{c + 1},{c + 1},{c + 1}")
+
+
+def _step(problem: Problem, share: float) -> Iterator[str]:
+    finite = problem.strain == "finite"
+    yield "*STEP, NLGEOM, INC=10000" if finite else "*STEP"
+    yield from ("*STATIC", "0.1,1.,1e-6") if finite else ("*STATIC",)
+    if finite:  # residual and correction, by their means, at which an iteration is the last: 0.005 and 0.01 by default
+        yield from ("*CONTROLS, PARAMETERS=FIELD", f"{problem.tolerance:.3e},1e-4")
+    moved = np.flatnonzero(problem.values)
+    if len(moved):
+        yield "*BOUNDARY"
+        for (node, c), value in zip(problem.held[moved].tolist(), (MM * share * problem.values[moved]).tolist(),
+                                    strict=True):  # fmt: skip
+            yield f"{node + 1},{c + 1},{c + 1},{number(value)}"
+    loaded = np.argwhere(problem.forces)
+    if len(loaded):
+        yield "*CLOAD"
+        for node, c in loaded.tolist():
+            yield f"{node + 1},{c + 1},{number(UN * share * problem.forces[node, c])}"
+    yield from ("*NODE PRINT, NSET=ALL, FREQUENCY=99999", "U")
+    yield from ("*NODE FILE, FREQUENCY=99999", "U", "*END STEP")
+
+
+# ------------------------------------------------------------------ running and reading
+
+
+def command(folder: Path) -> list[str]:
+    """What is run in the folder."""
+    return [program, "-i", JOB]
+
+
+def read(folder: Path) -> Answer:
+    """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
+    log = _text(folder / LOG) if (folder / LOG).exists() else ""
+    said = "; ".join(dict.fromkeys(" ".join(own.split()) for own, _ in _TROUBLE.findall(log)))
+    asked = len(re.findall(r"^\*STEP", _text(folder / f"{JOB}.inp"), re.M))
+    iterations, reached = _progress(folder / f"{JOB}.sta")
+    printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
+    if reached < asked * (1.0 - 1e-9):
+        why = f"it came to {max(0.0, reached - asked + 1):.3g} of the load of the last state that it began"
+        raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
+    if len(printed) != asked or len({len(own) for own in printed}) != 1:
+        raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
+    whole = _doubles(folder / f"{JOB}.rout", printed)
+    rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
+    u = np.array(whole)
+    if not np.isfinite(u).all():
+        raise NoAnswer("some of its displacements are no finite numbers")
+    told = _TIME.search(log)
+    clocks = {"whole_s": float(told[1])} if told else {}
+    return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
+
+
+def _text(path: Path) -> str:
+    """A file of its own. Raises NoAnswer where there is none."""
+    try:
+        return path.read_text(encoding="ascii", errors="replace")
+    except OSError as error:
+        raise NoAnswer(f"it left no {path.name} ({error.strerror})") from error
+
+
+def _progress(path: Path) -> tuple[int, float]:
+    """Iterations in all, and the time that was reached, one for each step. Raises NoAnswer."""
+    rows = [line.split() for line in _text(path).splitlines()[2:]]
+    try:
+        kept = [row for row in rows if not row[2].endswith("U")]
+        return sum(int(row[3]) for row in rows), max((float(row[4]) for row in kept), default=0.0)
+    except (ValueError, IndexError) as error:
+        raise NoAnswer(f"{path.name} is not a table of its increments") from error
+
+
+def _printed(path: Path) -> Iterator[Floats]:
+    """Displacements (n, 3), mm, of each state that was printed, to 7 digits. Raises NoAnswer."""
+    blocks = re.split(r"^ displacements[^\n]*\n", _text(path), flags=re.M)[1:]
+    for block in blocks:
+        rows = [line.split() for line in block.splitlines() if line.strip()]
+        try:
+            table = np.array(rows, dtype=np.float64)
+        except ValueError as error:
+            raise NoAnswer(f"{path.name} holds what is no table of displacements") from error
+        if table.ndim != 2 or table.shape[1] != 4 or (table[:, 0] != np.arange(1, len(table) + 1)).any():
+            raise NoAnswer(f"{path.name} does not have the displacements of all nodes in turn")
+        yield table[:, 1:]
+
+
+def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
+    """The same with all digits, where the restart file has them: a temperature and three displacements a node."""
+    found, records = list(printed), iter(_records(path, 32 * len(printed[0])))
+    for i, own in enumerate(printed):
+        most = float(np.abs(own).max(initial=0.0))
+        for whole in records:
+            u = np.frombuffer(whole).reshape(-1, 4)[:, 1:]
+            if np.abs(u - own).max(initial=0.0) <= TRUST * most:
+                found[i] = u
+                break
+    return found
+
+
+def _records(path: Path, size: int) -> Iterator[bytes]:
+    """Records of a size, in bytes, of an unformatted file of Fortran; up to where it is none."""
+    data = path.read_bytes() if path.exists() else b""
+    at = 0
+    while at + 8 <= len(data):
+        length = int.from_bytes(data[at : at + 4], "little", signed=True)
+        if length < 0 or data[at : at + 4] != data[at + 4 + length : at + 8 + length]:
+            return
+        if length == size:
+            yield data[at + 4 : at + 4 + length]
+        at += 8 + length
