@@ -69,12 +69,22 @@ def _guarded(arguments: list[str]) -> int:
             _silenced()
             print(f"error: {said}", file=sys.stderr)
             return 3
+        if said := _of_another(error):
+            print(f"error: {said}", file=sys.stderr)
+            return 3
         print(
             f"error: softmark itself failed ({type(error).__name__}: {error})"
             "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened.",
             file=sys.stderr,
         )
         return 70
+
+
+def _of_another(error: Exception) -> str | None:
+    """What is said where a plugin failed in a place that no model or metric stands for."""
+    plugins = sys.modules.get("softmark.interpreter.language.plugins")
+    said = plugins.blamed(error) if plugins else None
+    return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
 
 
 def _silenced() -> None:

@@ -6,6 +6,7 @@ building needs, and `prepare(model, declared, case, workshop)`, which raises Fau
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
@@ -20,8 +21,18 @@ from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
 
-BUILDERS: dict[type[Any], str] = {
+
+@dataclass(frozen=True)
+class Builder:
+    """What builds a model that is none of ours."""
+
+    load: Callable[[Any], None]
+    prepare: Callable[[Any, Declared, Case, Workshop], Prepared]
+
+
+BUILDERS: dict[type[Any], str | Builder] = {
     Fem: "softmark.interpreter.models.fem.build",
     Beam6Dof: "softmark.interpreter.models.beam.build",
     Frame6Dof: "softmark.interpreter.models.network.build",
@@ -56,10 +67,12 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     workshop.build = build
     builder = _builder(declared.thing)
     if case.remembers:
-        builder = import_module((SOAKED if case.porous else REMEMBERING)[type(declared.thing)])
+        known = (SOAKED if case.porous else REMEMBERING).get(type(declared.thing))
+        builder = builder if known is None else import_module(known)
     prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
     return prepared
 
 
 def _builder(model: Any) -> Any:
-    return import_module(BUILDERS[type(model)])
+    known = BUILDERS[type(model)]
+    return known if isinstance(known, Builder) else import_module(known)

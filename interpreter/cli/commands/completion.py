@@ -33,7 +33,7 @@ def run(parsed: argparse.Namespace) -> int:
 
     words = sorted({*CATALOGUE, *(n for t in CATALOGUE.values() for n in t), *CATALOGUE.words()})
     script = {"bash": _bash, "zsh": _zsh, "fish": _fish}[parsed.shell]
-    print(script(list(standard_scenes()), words, list(_topics())))
+    print(script(list(standard_scenes()), words, list(_topics(CATALOGUE))))
     return 0
 
 

@@ -297,4 +297,5 @@ def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
         key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,
         needed_models(scene, model) if sound else (model,), scene.source.text, scene.source.name,
         str(Path(scene.path).resolve()) if scene.path else None, str(subject.folder.resolve()), scene.overrides,
+        plugins=tuple(p.asked for p in scene.vocabulary.plugins),
     )  # fmt: skip

@@ -48,8 +48,14 @@ PROGRAMS: Mapping[str, Program] = {
 }
 
 
+PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their words, each with its module
+
+
+def program(name: str) -> Program:
+    """What is known of a program. Raises KeyError for one that is in no table."""
+    return PROGRAMS[name] if name in PROGRAMS else PLUGGED[name][0]
+
+
 def adapter(name: str) -> Any:
     """The module of a program. Raises KeyError for one that is in no table."""
-    if name not in PROGRAMS:
-        raise KeyError(name)
-    return import_module(f"{__name__}.{name}")
+    return import_module(f"{__name__}.{name}") if name in PROGRAMS else PLUGGED[name][1]
