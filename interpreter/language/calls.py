@@ -24,7 +24,6 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.compile import Compiler
     from softmark.interpreter.language.overrides import Override
-    from softmark.interpreter.language.plugins import Plugin
 
 ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
@@ -77,7 +76,7 @@ class Binder:
         known = list(self.vocabulary[kind])
         others = self.vocabulary.find(name)
         if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
-            raise self._of_broken(kind, node, *lost)
+            raise self.place.fail("E730", node.function.span, *lost)
         meant = aliases.WORDS.get(name)
         close = meant if meant in known else nearest(name, known)
         if others:
@@ -90,14 +89,6 @@ class Binder:
             if close == meant and not nearest(name, [close or ""]):
                 hint = f"it is called `{close}` here" if close else hint
         raise self.place.fail("E203", node.function.span, message, f"not {schema.article(kind)} {kind}", hint)
-
-    def _of_broken(self, kind: str, node: tree.Call, plugin: Plugin, why: str) -> Bad:
-        name, sure = node.function.text, not plugin.unread
-        whose = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken"
-        maybe = f"there is no {kind} `{name}`, unless the plugin `{plugin.name}` has it, which cannot be read"
-        message, label = (whose, "a broken word") if sure else (maybe, f"not {schema.article(kind)} {kind}")
-        help = "mend the plugin; `dsl conformance` tries all of it"
-        return self.place.fail("E730", node.function.span, f"{message}: {why}", label, help)
 
     # ------------------------------------------------------------------ arguments to fields
 

@@ -177,6 +177,9 @@ class Constructor:
         return next((f for f in self.fields if f.name == name), None)
 
 
+REMEDY = "mend the plugin; `dsl conformance` tries all of it"
+
+
 class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
     """Kind of declaration -> constructors: all that a scene can declare; a table is imported when it is asked for.
 
@@ -236,12 +239,17 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         """The plugin whose word this is, None of one of ours."""
         return next((p for p in self.plugins if name in p.words.get(kind, ())), None)
 
-    def broken(self, kind: str, name: str) -> tuple[Plugin, str] | None:
-        """The plugin that has such a word and is broken, and why; also where nothing is known of the words it has."""
+    def broken(self, kind: str, name: str) -> tuple[str, str, str] | None:
+        """Why a word of a plugin cannot be used: message, label and help; also where it may be one. None of others."""
         for plugin in self.plugins:
             if (why := plugin.broken.get((kind, name))) is not None:
-                return plugin, why
-        return next(((p, p.unread) for p in self.plugins if p.unread), None)
+                message = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken: {why}"
+                return message, "a broken word", REMEDY
+        plugin = next((p for p in self.plugins if p.unread), None)
+        if plugin is None:
+            return None
+        message = f"there is no {kind} `{name}`, unless the plugin `{plugin.name}` has it: {plugin.unread}"
+        return message, f"not {article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:
         """Every constructor with this name, whatever its kind."""
