@@ -37,6 +37,7 @@ from softmark.interpreter.language.plugins import FILES, Plugin, told
 from softmark.interpreter.language.schema import Vocabulary, _fields, article
 from softmark.records import dataclass
 
+EXAMPLES = "examples"  # a table of calls of its words, that `dsl conformance` tries
 GROUP = "softmark.plugins"  # of entry points
 NAME = "SOFTMARK"  # of the literal
 OWN = "softmark_plugin_"  # what the modules of files are called
@@ -249,7 +250,10 @@ def _made(read: Read) -> Plugin:
         else:
             words.setdefault(entry.kind, {})[entry.word] = thing
     choices = {("model", "outside", "program"): tuple(programs)} if programs else {}
-    return Plugin(read.asked, read.source.name, read.file, read.sha256, words, broken, "", choices, tuple(doubts))
+    given = getattr(module, NAME).get(EXAMPLES)
+    examples = given if isinstance(given, dict) else {}
+    return Plugin(read.asked, read.source.name, read.file, read.sha256, words, broken, "", choices, examples,
+                  tuple(doubts))  # fmt: skip
 
 
 def _left_out(read: Read, entry: Entry, why: Lacking) -> Diagnostic:
@@ -278,6 +282,8 @@ def _entries(read: Read, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator
         raise Unread(read.doubt("W730", f"is broken: {why}", node, "not a table", f"write {form}"), why)
     for key, value in zip(node.keys, node.values, strict=True):
         table = key.value if isinstance(key, ast.Constant) else None
+        if table == EXAMPLES:
+            continue
         if table not in TABLES or not isinstance(value, ast.Dict):
             known = ", ".join(f'"{name}"' for name in TABLES)
             doubts.append(read.doubt("W731", "has a table that is left out", key or value, "no table of words",

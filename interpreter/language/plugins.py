@@ -25,6 +25,7 @@ class Plugin:
     broken: Mapping[Word, str]  # why a word of it cannot be used
     unread: str = ""  # why nothing is known of its words
     choices: Mapping[tuple[str, str, str], tuple[str, ...]] = field(default_factory=dict)  # of (kind, word, field)
+    examples: Mapping[str, str] = field(default_factory=dict)  # of its words: a call that `dsl conformance` tries
     doubts: tuple[Diagnostic, ...] = ()  # all that is wrong with it, at its place
 
 

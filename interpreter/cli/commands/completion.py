@@ -5,17 +5,18 @@ from __future__ import annotations
 import argparse
 
 OPTIONS = {
-    "check": "-p --diagnostics",
-    "plan": "-p --model",
-    "run": "-p --model --out --json --junit --vtu --repeat",
-    "compare": "-p --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
+    "check": "-p --plugin --diagnostics",
+    "plan": "-p --plugin --model",
+    "run": "-p --plugin --model --out --json --junit --vtu --repeat",
+    "compare": "-p --plugin --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
     " --allow-contaminated",
-    "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
-    "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
+    "judge": "-p --plugin --as --unit --at --rest --time --within --by --body --out --json --junit",
+    "stress": "-p --plugin --model --study --out --json --jobs --timeout --memory --resume --fresh",
     "fmt": "--check",
     "new": "--list",
-    "explain": "",
-    "list": "",
+    "conformance": "",
+    "explain": "--plugin",
+    "list": "--plugin",
     "completion": "",
 }
 

@@ -154,7 +154,8 @@ def _unit(name: str) -> str | None:
 def _of_plugins(words: Vocabulary, name: str) -> str | None:
     """The pages of a word that a plugin has, and of ours of that name; None of one that is ours alone."""
     found = [(c, words.owner(c.kind, c.name)) for c in words.find(name)] if words.plugins else []
-    if not any(owner for _, owner in found):
+    chosen = {(kind, word) for p in words.plugins for kind, word, _ in p.choices}
+    if not any(owner or (c.kind, c.name) in chosen for c, owner in found):
         return None
     pages = (_constructor(c) + (f"\n\nFrom the plugin {p.name}: class {c.cls.__name__}" if p else "") for c, p in found)
     return "\n\n".join(pages)
