@@ -245,10 +245,10 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
             if (why := plugin.broken.get((kind, name))) is not None:
                 message = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken: {why}"
                 return message, "a broken word", REMEDY
-        plugin = next((p for p in self.plugins if p.unread), None)
-        if plugin is None:
+        unread = next((p for p in self.plugins if p.unread), None)
+        if unread is None:
             return None
-        message = f"there is no {kind} `{name}`, unless the plugin `{plugin.name}` has it: {plugin.unread}"
+        message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` has it: {unread.unread}"
         return message, f"not {article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:

@@ -58,15 +58,21 @@ def _seen(case: Case, against: bool) -> Iterator[Seen]:
     """A line that bends, beside nothing; or beside itself and beside one that bends half as much again."""
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
-    truths: list[Known | None] = [
-        Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0],
-              at_rest=at_rest(share), curve=Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]),
-              value=KnownValue(float(v[-1, 2]), 1e-5, "a table"))
-        for share, v in ((1.0, u), (1.5, 1.5 * u))
-    ]  # fmt: skip
+    truths = [_truth(X, u, share) for share in (1.0, 1.5)] if against else [None]
     course, own = Course(X[:, 0], u[:, 2], ("m", "m")), Number(float(u[-1, 2]), "m")
-    for truth in truths if against else [None]:
+    for truth in truths:
         yield Seen("m", case, X.copy(), u.copy(), known=truth, at_rest=at_rest(1.0), curve=course, number=own)
+
+
+def _truth(X: Any, u: Any, share: float) -> Known:
+    """What is known of a line, all of it times a share."""
+    v = share * u
+
+    def displacement(Y: Any) -> Any:
+        return np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0]
+
+    curve, value = Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]), KnownValue(float(v[-1, 2]), 1e-5, "a table")
+    return Known("truth", v, displacement, at_rest=at_rest(share), curve=curve, value=value)
 
 
 def _measured(metric: Any, seen: Seen) -> Any:
