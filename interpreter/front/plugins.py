@@ -240,7 +240,7 @@ def _made(read: Read) -> Plugin:
                       "" if broken else unread.why, doubts=(*doubts, unread.diagnostic))  # fmt: skip
     for entry in entries:
         try:
-            thing = _usable(entry, module)
+            thing = _tried(entry, module)
         except Lacking as lacking:
             broken[entry.kind, entry.word] = str(lacking)
             doubts.append(_left_out(read, entry, lacking))
@@ -250,8 +250,9 @@ def _made(read: Read) -> Plugin:
         else:
             words.setdefault(entry.kind, {})[entry.word] = thing
     choices = {("model", "outside", "program"): tuple(programs)} if programs else {}
-    given = getattr(module, NAME).get(EXAMPLES)
-    examples = given if isinstance(given, dict) else {}
+    table = getattr(module, NAME, None)
+    given = table.get(EXAMPLES) if isinstance(table, dict) else None
+    examples = {str(k): str(v) for k, v in given.items()} if isinstance(given, dict) else {}
     return Plugin(read.asked, read.source.name, read.file, read.sha256, words, broken, "", choices, examples,
                   tuple(doubts))  # fmt: skip
 
@@ -361,6 +362,16 @@ class Lacking(Exception):
         self.remedy = remedy
 
 
+def _tried(entry: Entry, module: ModuleType) -> Any:
+    """What a word stands for, ready to be used. Raises Lacking, whatever looking at it does."""
+    try:
+        return _usable(entry, module)
+    except Lacking:
+        raise
+    except Exception as error:
+        raise Lacking(f"looking at it raises {told(error)}", "what a class says of itself is values") from error
+
+
 def _usable(entry: Entry, module: ModuleType) -> Any:
     """What a word stands for, ready to be used. Raises Lacking."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", entry.word) or entry.word in PREDEFINED:
@@ -443,10 +454,15 @@ def _plugged(word: str, name: str, thing: Any, root: type[Any], module: ModuleTy
     if missing := [n for n in ADAPTER if not hasattr(module, n)]:
         raise Lacking(f"its file has no `{missing[0]}`", f"an adapter has {', '.join(ADAPTER)}")
     known = PLUGGED.get(word)
-    if word in PROGRAMS or (known is not None and known[1].__file__ != module.__file__):
+    if word in PROGRAMS or (known is not None and not _alike(known[1], module)):
         raise Lacking(f"there is a program `{word}` already", "give it another word")
     PLUGGED[word] = thing, module
     return thing
+
+
+def _alike(one: ModuleType, other: ModuleType) -> bool:
+    """Whether two modules are of one file, or of one text, by which those of files are named."""
+    return one.__file__ == other.__file__ or one.__name__ == other.__name__
 
 
 def _without_taken(plugin: Plugin, ours: Vocabulary) -> Plugin:

@@ -30,7 +30,9 @@ class Plugin:
 
 
 def blamed(error: BaseException) -> str | None:
-    """The plugin in which an exception was raised, with its line; None of one that is nobody else's."""
+    """The plugin in which an exception was raised, with its line; None of one that is nobody else's, or a refusal."""
+    if type(error).__module__.startswith("softmark."):  # by which it says why it has no answer
+        return None
     found, trace = None, error.__traceback__
     while trace is not None:
         if (name := FILES.get(trace.tb_frame.f_code.co_filename)) is not None:

@@ -174,8 +174,6 @@ def measured_by(thing: Metric, seen: Seen) -> Measurement:
     """What a metric makes of what it sees. Raises Undefined."""
     try:
         return thing.measure(seen)
-    except Undefined:
-        raise
     except Exception as error:
         if (whose := blamed(error)) is None:
             raise

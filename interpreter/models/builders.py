@@ -10,6 +10,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from softmark.interpreter.language.plugins import blamed
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
@@ -31,6 +32,8 @@ class Builder:
     load: Callable[[Any], None]
     prepare: Callable[[Any, Declared, Case, Workshop], Prepared]
 
+
+PREPARED = ("size", "notes", "mesh", "assembly", "points", "forces", "outside", "warm", "after", "solve")
 
 BUILDERS: dict[type[Any], str | Builder] = {
     Fem: "softmark.interpreter.models.fem.build",
@@ -69,7 +72,19 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     if case.remembers:
         known = (SOAKED if case.porous else REMEMBERING).get(type(declared.thing))
         builder = builder if known is None else import_module(known)
-    prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
+    try:
+        prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
+        missing = [n for n in PREPARED if isinstance(builder, Builder) and not hasattr(prepared, n)]
+    except Exception as error:
+        if (whose := blamed(error)) is None:
+            raise
+        from softmark.interpreter.models.shared.unbuilt import Unbuilt
+
+        return Unbuilt(case, whose)
+    if missing:
+        from softmark.interpreter.models.shared.unbuilt import Unbuilt
+
+        return Unbuilt(case, f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`")
     return prepared
 
 

@@ -155,6 +155,36 @@ def test_what_a_plugin_raises_while_it_runs_is_its_own_reason(tmp_path: Path) ->
     assert blamed(ValueError("ours")) is None
 
 
+BAR = (
+    HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"models": {"bar": ("Bar", "made")}}')
+    + '''
+from softmark.interpreter.models.shared.model import Model
+
+
+@dataclass(frozen=True)
+class Bar(Model):
+    """One linear cell."""
+
+    def outline(self, case):
+        """One line."""
+        return "one linear cell"
+
+
+def made(model, declared, case, workshop):
+    return GIVEN
+'''
+)
+
+
+@pytest.mark.parametrize(("given", "reason"), [("1 / 0", "ZeroDivisionError"), ("{}", "gives a dict without `size`")])
+def test_a_model_that_cannot_be_built_fails_alone(given: str, reason: str, tmp_path: Path) -> None:
+    file = plugin(tmp_path, BAR.replace("GIVEN", given))
+    models = softmark.loads(WITHOUT + "model theirs = bar()\n", plugins=[file]).run().models
+    assert models["soft"].status == "converged"
+    assert models["theirs"].status == "failed"
+    assert reason in (models["theirs"].message or "")
+
+
 def test_another_process_takes_the_same_words_and_a_changed_file_is_another_result(tmp_path: Path) -> None:
     file = plugin(tmp_path, Path(SWAY).read_text())
     first = softmark.loads(SCENE, plugins=[file]).scene
