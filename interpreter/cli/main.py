@@ -27,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "run": ("run", "run a scene and write its report"),
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
+    "export": ("export", "write models as files for another program, with an exam sheet"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
@@ -34,7 +35,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
-COMPUTING = frozenset({"run", "compare", "stress"})  # what loads numpy, scipy and numba
+COMPUTING = frozenset({"run", "compare", "stress", "export"})  # what loads numpy, scipy and numba
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -11,6 +11,7 @@ OPTIONS = {
     "compare": "-p --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
     " --allow-contaminated",
     "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
+    "export": "-p --model --to --out",
     "fmt": "--check",
     "new": "--list",
     "explain": "",
@@ -48,7 +49,7 @@ _dsl() {{
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|compare|stress|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
+    check|plan|run|compare|stress|export|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
     explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
     list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;
@@ -71,7 +72,8 @@ def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
     lines.append(
-        f"complete -c dsl -F -n '__fish_seen_subcommand_from check plan run compare stress fmt' -a '{' '.join(scenes)}'"
+        "complete -c dsl -F -n '__fish_seen_subcommand_from check plan run compare stress export fmt'"
+        f" -a '{' '.join(scenes)}'"
     )
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from list' -a '{' '.join(topics)}'")
