@@ -14,7 +14,7 @@ from softmark.interpreter.language.scene import Expectation, Scene
 from softmark.interpreter.language.states import numbers_of
 from softmark.interpreter.plan.plan import named_in
 from softmark.interpreter.results.report import ExpectationResult, ModelResult, ReferenceResult
-from softmark.interpreter.results.states import percent
+from softmark.interpreter.results.states import LEFT_OUT, percent
 
 Results = Mapping[str, ModelResult | ReferenceResult]
 
@@ -22,9 +22,13 @@ Results = Mapping[str, ModelResult | ReferenceResult]
 def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
     """Whether an expectation is met by the results; in every one of the states where it names none."""
     text, line = expectation.text, expectation.location.span.line
-    missing = sorted(named_in(expectation.node) - set(results) - set(scene.parameters))
+    named = named_in(expectation.node)
+    missing = sorted(named - set(results) - set(scene.parameters))
     if missing:
         return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True)
+    if left := [name for name in sorted(named & set(results)) if results[name].status in LEFT_OUT]:
+        reason = "; ".join(f"{name} was not computed ({results[name].status})" for name in left)
+        return ExpectationResult(text, line, None, None, reason=reason, left_out=True)
     if not states or all(_of_all(scene, name) for name in stateless_in(expectation.node)):
         return _judged(expectation, _Known(scene, results, states))
     each = [_judged(expectation, _Known(scene, results, states, number)) for number in range(len(states))]

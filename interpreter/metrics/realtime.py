@@ -69,6 +69,8 @@ class RealTime(Metric):
         wall, cpu = seen.clock.get("solve_s"), seen.clock.get("solve_cpu_s")
         if wall is None:
             raise Undefined("it was not solved, so there is no time")
+        if wall.basis:
+            raise Undefined(f"another program solved it, and its time is {wall.basis}: no frame is known of it")
         runs = len(wall.seconds)
         basis = f"wall clock of {runs} solutions from rest"
         if runs == 1:

@@ -22,7 +22,9 @@ from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.springs.words import MassSpring
 
 MODELS: dict[str, type[Any]] = {
@@ -31,6 +33,8 @@ MODELS: dict[str, type[Any]] = {
     "frame6dof": Frame6Dof,
     "homogeneous": Homogeneous,
     "mass_spring": MassSpring,
+    "outside": Outside,
     "modal": Modal,
     "pod": Pod,
+    "results": Results,
 }

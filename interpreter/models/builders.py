@@ -14,7 +14,9 @@ from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
+from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case
@@ -25,17 +27,23 @@ BUILDERS: dict[type[Any], str] = {
     Frame6Dof: "softmark.interpreter.models.network.build",
     Homogeneous: "softmark.interpreter.models.homogeneous.build",
     MassSpring: "softmark.interpreter.models.springs.build",
+    Outside: "softmark.interpreter.models.outside.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",
+    Results: "softmark.interpreter.models.results.build",
 }
 
 # of bodies whose stress relaxes
 REMEMBERING: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.ageing",
     Beam6Dof: "softmark.interpreter.models.beam.ageing",
+    Outside: "softmark.interpreter.models.outside.build",  # which says that it is not
 }
 # of bodies that fluid seeps through
-SOAKED: dict[type[Any], str] = {Fem: "softmark.interpreter.models.fem.seeping"}
+SOAKED: dict[type[Any], str] = {
+    Fem: "softmark.interpreter.models.fem.seeping",
+    Outside: "softmark.interpreter.models.outside.build",
+}
 
 
 def load(model: Any) -> None:

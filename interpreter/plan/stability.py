@@ -105,7 +105,7 @@ def follows(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
-    """Models of the body that the metric looks at, without the one that it is measured from."""
+    """Models of the body that the metric looks at that are solved here, without the one that it is measured from."""
     body = metric.thing.body_in(scene)
     found = []
     for name, model in scene.of_kind("model").items():
@@ -113,7 +113,7 @@ def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str
             own = body in (None, body_of(scene, model))
         except Fault:
             continue
-        if own and name != metric.thing.against and (not asked or name in asked):
+        if own and model.thing.timed and name != metric.thing.against and (not asked or name in asked):
             found.append(name)
     return tuple(found)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
-from softmark.interpreter.results.states import Curve, curve_of
+from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, Curve, curve_of
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -29,9 +29,14 @@ SCHEMA = "softmark-report/1"
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of several runs of the same work, compilation excluded."""
+    """Seconds of several runs of the same work, compilation excluded.
+
+    Of work that another program did, `basis` says by which clock, and `most` whether that is no more than a bound.
+    """
 
     seconds: tuple[float, ...]
+    basis: str = ""
+    most: bool = False
 
     @property
     def median(self) -> float:
@@ -44,9 +49,17 @@ class Timing:
         """How many there were."""
         return len(self.seconds)
 
-    def to_json(self) -> dict[str, float | int]:
-        """Median, least and largest, and how many."""
-        return {"median": self.median, "min": min(self.seconds), "max": max(self.seconds), "runs": self.runs}
+    def to_json(self) -> dict[str, float | int | str]:
+        """Median, least and largest, and how many; by whose clock, where it is not ours."""
+        own: dict[str, float | int | str] = {
+            "median": self.median,
+            "min": min(self.seconds),
+            "max": max(self.seconds),
+            "runs": self.runs,
+        }
+        if self.basis:
+            own |= {"basis": self.basis, "upper_bound": self.most}
+        return own
 
 
 @dataclass(frozen=True)
@@ -218,7 +231,7 @@ class ModelResult:
     """A model's outcome; probes and metrics are empty of numbers unless it converged."""
 
     name: str
-    status: str  # converged | capped | not_converged | diverged | failed | skipped
+    status: str  # converged | capped | read | not_converged | diverged | failed | skipped | unsupported
     message: str | None
     outline: str
     size: Mapping[str, int] = field(default_factory=dict)
@@ -250,7 +263,7 @@ class ModelResult:
             "outline": self.outline,
             "size": dict(self.size),
             "solve": dict(self.solve),
-            "time": {n: _timing(n, t) for n, t in self.time.items()},
+            "time": {n: _timing(n, t, self.status) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": _measured(self.metrics, self.states),
             "loads": {n: r.to_json() for n, r in self.loads.items()},
@@ -277,9 +290,10 @@ def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
     return {"states": found} if found else {}
 
 
-def _timing(name: str, timing: Timing | None) -> dict[str, Any]:
+def _timing(name: str, timing: Timing | None, status: str) -> dict[str, Any]:
     if timing is None:
         reason = "a static analysis has no time steps" if name == "step_s" else "it did not finish"
+        reason = "nothing was solved here" if status == "read" else reason
         return {
             "median": None,
             "min": None,
@@ -395,7 +409,7 @@ class Report:
 
         Expectations about models that were not chosen to run do not count.
         """
-        if any(o.status not in ("converged", "capped", "skipped") for o in self.outcomes):
+        if any(o.status not in (*ANSWERED, *LEFT_OUT) for o in self.outcomes):
             return 3
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 

@@ -17,7 +17,8 @@ from typing import Any
 
 from softmark.records import dataclass
 
-ANSWERED = ("converged", "capped")
+ANSWERED = ("converged", "capped", "read")
+LEFT_OUT = ("skipped", "unsupported")  # nothing was tried: no failure, and no answer
 
 
 class Moment(float):

@@ -27,7 +27,7 @@ from softmark.interpreter.problem.points import seen_finite
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.reactions import AtRest, Touched
 from softmark.interpreter.results.report import ModelResult, Timing
-from softmark.interpreter.results.states import ANSWERED, percent
+from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, percent
 from softmark.interpreter.run import probes
 from softmark.interpreter.run.answers import Work
 from softmark.solvers.base import ahead
@@ -67,12 +67,17 @@ def solve(work: Work, name: str) -> None:
     history = solution.history
     known = facts(case, prepared.mesh) | _body(case, prepared) | _filled(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
+    basis, most = ("", False) if solution.spent is None else (solution.spent.basis, solution.spent.most)
+
+    def timed(seconds: list[float]) -> Timing:
+        return Timing(tuple(seconds), basis, most)
+
     clock = {
         "setup_s": Timing((setup,)),
-        "solve_s": Timing(tuple(wall)) if wall else None,
+        "solve_s": timed(wall) if wall and declared.thing.timed else None,
         "step_s": Timing(history.step_s) if history and history.step_s else None,
         "setup_cpu_s": Timing((setup_cpu,)),
-        "solve_cpu_s": Timing(tuple(cpu)) if cpu else None,
+        "solve_cpu_s": timed(cpu) if cpu and declared.thing.timed else None,
     }
     seen = {}
     if solution.displacement is not None:
@@ -194,8 +199,11 @@ def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
         for _ in range(work.options.repeat):
             start = time.perf_counter(), time.process_time()
             solution = prepared.solve(watch)
-            wall.append(time.perf_counter() - start[0])
-            cpu.append(time.process_time() - start[1])
+            if solution.status in LEFT_OUT:
+                return solution, [], []
+            spent = solution.spent
+            wall.append(spent.wall_s if spent else time.perf_counter() - start[0])
+            cpu.append(spent.cpu_s if spent else time.process_time() - start[1])
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise

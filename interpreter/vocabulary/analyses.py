@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Annotated, ClassVar, Literal, Self
 
 from softmark.interpreter.language.expressions import VectorValue
@@ -73,7 +73,15 @@ class Static:
 
     def in_state(self, number: int, value: float) -> Self:
         """The analysis of one of its states."""
-        return replace(self, states=None)
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "states"}
+        return InState(**own, at=float(value))  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
+class InState(Static):
+    """A static analysis in one of its states, of value `at`: no word of the language."""
+
+    at: float = 1.0
 
 
 @dataclass(frozen=True)

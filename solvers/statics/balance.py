@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.problem import Statics
 
@@ -32,6 +32,19 @@ def resultant_on(points: Floats) -> Callable[[Floats], float]:
         return max(float(np.linalg.norm(f.sum(axis=0))), float(np.linalg.norm(np.cross(arms, f).sum(axis=0))))
 
     return of
+
+
+def out_of_balance(assembly: Assembly, x: Floats, fixed: Ints, without: Floats | None = None) -> float:
+    """What is left of forces in a state x (dofs,), whoever found it, relative to the larger of load and reactions.
+
+    `without` (dofs,) are forces to take off first, as those of another state. Not finite outside the law's domain.
+    """
+    g, external = assembly.gradient(x, 1.0), np.zeros(assembly.dofs)
+    for energy, scale in assembly.loaded(1.0):
+        energy.add_gradient(x, external, scale)
+    largest = max(float(np.linalg.norm(external)), float(np.linalg.norm(g[fixed])))
+    left = float(np.linalg.norm((g if without is None else g - without)[assembly.free]))
+    return left / largest if largest > 0.0 else left
 
 
 def unrounded(problem: Statics, x: Floats) -> Floats:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.cli.commands.options import folder, scene_options
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.cli.commands.progress import Progress
     from softmark.interpreter.cli.commands.report_folder import Shelf
     from softmark.interpreter.results.report import Report
+    from softmark.interpreter.run.options import Text
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,19 +38,19 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def run(parsed: argparse.Namespace) -> int:
-    """Run the scene; the exit status is that of its report."""
+def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -> int:
+    """Run the scene, or what `reading` gives; the exit status is that of its report. `reading` may raise Unread."""
     from softmark.interpreter.cli.commands.progress import Progress
 
     progress = Progress(sys.stderr)
     progress.say("start", f"running {parsed.file}")  # before anything is imported or read
     try:
-        return _run(parsed, progress)
+        return _run(parsed, progress, reading)
     finally:
         progress.clear()
 
 
-def _run(parsed: argparse.Namespace, progress: Progress) -> int:
+def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], Text] | None) -> int:
     from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
     from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
     from softmark.interpreter.language.scene import SceneError
@@ -65,7 +66,7 @@ def _run(parsed: argparse.Namespace, progress: Progress) -> int:
     options = Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
                       free=True, beside=True)  # fmt: skip
     try:
-        text = Text(*read_scene(parsed.file), tuple(parsed.overrides))
+        text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides))
         report = report_of(text, options)
     except Unread as unread:
         warn([unread.diagnostic])

@@ -15,6 +15,7 @@ from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Reduced
 from softmark.interpreter.models.springs.words import MassSpring
 
@@ -23,6 +24,7 @@ VOUCHERS: dict[type[Any], str] = {
     Beam6Dof: "softmark.interpreter.evidence.kinds.beams",
     Frame6Dof: "softmark.interpreter.evidence.kinds.networks",
     Homogeneous: "softmark.interpreter.evidence.kinds.points",
+    Outside: "softmark.interpreter.evidence.kinds.outsiders",
     MassSpring: "softmark.interpreter.evidence.kinds.springs",
     Reduced: "softmark.interpreter.evidence.kinds.reductions",
 }

@@ -45,7 +45,7 @@ class Voucher:
 
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """Its forces found again by other formulas, and what its solver claims of them. Raises Unchecked."""
-        raise Unchecked("there is no other formula for this model")
+        raise Unchecked(found.declared.thing.forceless or "there is no other formula for this model")
 
     def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
         """What every support does, by the same formulas, and what rounding may make of it, N. Raises Unchecked."""

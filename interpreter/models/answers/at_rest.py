@@ -34,6 +34,9 @@ def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
     if solution.displacement is None:
         return "there is no solution"
     if solution.carried is None:
+        if declared.thing.forceless is not None:
+            found: str = declared.thing.forceless
+            return found
         if isinstance(case.analysis, Dynamic):
             return "reactions are those of a state of rest, and this is a motion"
         if declared.thing.reduces is not None:

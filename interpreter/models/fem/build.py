@@ -143,10 +143,10 @@ class PreparedSolid(OnMesh):
         if self.before is not None:
             problem = replace(problem, start=self.unknowns.begun(self.before))
         if self.first is None:
-            return outcome.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
+            return outcome.solution(lambda: self._found(problem), remedy, self.finish, self._loose)
         begun = self.first.begin(self.mesh.points, watch)
         problem = replace(problem, start=self.unknowns.begun(begun.x))
-        found = outcome.solution(lambda: equilibrium(problem), remedy, self._finish, self._loose)
+        found = outcome.solution(lambda: equilibrium(problem), remedy, self.finish, self._loose)
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
 
@@ -180,7 +180,8 @@ class PreparedSolid(OnMesh):
     def _loose(self, d: Floats) -> str:
         return outcome.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
-    def _finish(self, found: Equilibrium) -> Solution:
+    def finish(self, found: Equilibrium) -> Solution:
+        """What a state is, once it is found: as a solution, with what can be asked of it."""
         x = self.unknowns.moved(found.x)
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))

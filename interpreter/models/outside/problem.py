@@ -67,3 +67,4 @@ class Answer:
     iterations: int | None = None
     clocks: Mapping[str, float] = field(default_factory=dict)
     said: str = ""  # what of its log a user should see
+    rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles

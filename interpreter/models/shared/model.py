@@ -66,6 +66,8 @@ class Model:
     # what it is
     reduces: str | None = None  # the model whose equations it reduces
     constant = False  # its stiffness never changes
+    timed = True  # it is solved here, and by a clock
+    forceless: str | None = None  # why it says nothing of forces, where it does not
     even = False  # its strain is the same everywhere, at its ends too
     unsolved = False  # it may accept states that are not solved
     finely: tuple[str, ...] = ()  # its fields that say how finely it solves

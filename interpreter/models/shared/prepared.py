@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 # capped: computed as the scene asks, with steps that were accepted unsolved
-Status = Literal["converged", "capped", "not_converged", "diverged", "failed", "skipped"]
+Status = Literal["converged", "capped", "read", "not_converged", "diverged", "failed", "skipped", "unsupported"]
 
 
 class Moved(Protocol):
@@ -93,6 +93,20 @@ class Moved(Protocol):
 
 
 @dataclass(frozen=True)
+class Spent:
+    """What a solution took by another's clock, wall and CPU, s; `most` says that it is an upper bound of that."""
+
+    wall_s: float
+    cpu_s: float
+    most: bool
+
+    @property
+    def basis(self) -> str:
+        """By whose clock, in words."""
+        return "of its whole process: an upper bound" if self.most else "by the program's own clock"
+
+
+@dataclass(frozen=True)
 class Solution:
     """What a model found: displacements of material points, or a message that says why there are none."""
 
@@ -107,6 +121,7 @@ class Solution:
     carried: Callable[[], Carried] | None = None  # what acts at its nodes, of a state of rest; found when asked for
     followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
+    spent: Spent | None = None  # of one that another program solved: our clock knows nothing of it
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 

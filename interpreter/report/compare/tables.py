@@ -15,7 +15,10 @@ from softmark.interpreter.study.analysis.pairs import ErrorChange, Lever
 from softmark.interpreter.study.analysis.point import ComparedPoint, Spread
 from softmark.references.orders import Refined
 
-MOODS = {"converged": ("✓", "good"), "capped": ("~", "quiet"), "skipped": ("–", "quiet")}
+MOODS = {
+    "converged": ("✓", "good"), "capped": ("~", "quiet"), "read": ("✓", "good"), "skipped": ("–", "quiet"),
+    "unsupported": ("–", "quiet"),
+}  # fmt: skip
 DASH = "–"
 
 

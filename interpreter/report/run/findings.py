@@ -9,7 +9,7 @@ from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
 from softmark.interpreter.results.names import Named
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult, Report
-from softmark.interpreter.results.states import percent
+from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, percent
 from softmark.records import dataclass
 
 Result = ModelResult | ReferenceResult
@@ -125,7 +125,7 @@ class Findings:
     @cached_property
     def unsolved(self) -> dict[str, Result]:
         """Models and references that were tried and gave no solution."""
-        return {n: r for n, r in self.everyone.items() if r.status not in ("converged", "capped", "skipped")}
+        return {n: r for n, r in self.everyone.items() if r.status not in (*ANSWERED, *LEFT_OUT)}
 
     # -------------------------------------------------------------- sentences
 
@@ -220,7 +220,7 @@ class Findings:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
             return "warn", "Finished, nothing was solved"
-        ran = "everything that was run" if any(r.status == "skipped" for r in self.everyone.values()) else "everything"
+        ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
         return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 
     @property

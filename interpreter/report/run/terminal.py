@@ -25,10 +25,12 @@ SEVERAL = 5  # names that a line lists
 STATUS = {
     "converged": "ok",
     "capped": "capped",
+    "read": "read",
     "not_converged": "did not converge",
     "diverged": "diverged",
     "failed": "failed",
     "skipped": "skipped",
+    "unsupported": "unsupported",
 }
 
 
@@ -182,8 +184,9 @@ def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
 def _effort(m: ModelResult) -> list[str]:
     timing = m.time.get("solve_s")
     clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
+    most = "<= " if timing and timing.most and clock != "-" else ""
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
-    return [unknowns, iterations, _short(clock), STATUS[m.status]]
+    return [unknowns, iterations, most + _short(clock), STATUS[m.status]]
 
 
 def _short(clock: str) -> str:

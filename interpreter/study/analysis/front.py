@@ -16,7 +16,7 @@ from itertools import pairwise
 
 from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import RefinementLine
-from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread, uncertainty_of
+from softmark.interpreter.study.analysis.point import READ, UNKNOWNS, ComparedPoint, Spread, uncertainty_of
 from softmark.records import dataclass
 
 RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
@@ -24,7 +24,7 @@ RELATIVE = (0.1, 0.05, 0.01)
 DISTURBED = "its timing was disturbed"
 STATUS = {
     "not_converged": "it did not converge", "diverged": "it diverged", "failed": "it failed",
-    "skipped": "it was skipped", "timed_out": "it ran out of time",
+    "skipped": "it was skipped", "unsupported": "its program cannot compute it", "timed_out": "it ran out of time",
 }  # fmt: skip
 
 
@@ -105,6 +105,8 @@ def _candidate(
 
 
 def _why_no_effort(point: ComparedPoint, clock: str) -> str:
+    if point.status == READ:
+        return "it was read from a file: nobody timed it here"
     if clock != UNKNOWNS:
         return "it was not timed"
     return "the unknowns of a reduced model say nothing of its cost" if point.reduced else "its size is not known"

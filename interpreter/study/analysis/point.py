@@ -16,7 +16,8 @@ from softmark.interpreter.results.plain import Json, Plain, by_name, several
 from softmark.interpreter.study.expansion.outcome import PointError, PointWarning, ProbeTrace
 from softmark.records import dataclass
 
-SOLVED = ("converged", "capped")
+READ = "read"  # solved by somebody else, and no clock of ours
+SOLVED = ("converged", "capped", READ)
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
 SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")

@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 GOOD = ("converged", "capped")
+OWN, WHOLE = "own clock", "whole process"  # of another program
 FEWEST = 3  # clean runs that a median can rest on
 
 SHARE = 0.95  # CPU seconds per wall second of one thread
@@ -47,6 +48,8 @@ REMARKS: dict[str, str] = {
     "not warmed up": "a solution takes so long that the first one is the one that was timed",
     "runs differ": "not all runs took the same iterations to the same result",
     "differing processors": "runs took place on different processors",
+    OWN: "another program solved it, and its time is by that program's own clock, without set-up and files",
+    WHOLE: "another program solved it, and its time is that of its whole process, files with it: an upper bound",
 }
 
 Record = Mapping[str, Any]
@@ -213,5 +216,6 @@ def _flags(
         "runs differ": len(done) > 1 or (bool(motion) and max(motion) - min(motion) > 1e-9 * max(motion)),
         "differing processors": len({tuple(r.get("cores") or []) for r in used}) > 1,
     }
+    found |= {clock: any(r.get("clock") == clock for r in used) for clock in (OWN, WHOLE)}
     causes = [c for c in DISTURBANCES if contaminated and any(c in disturbances(r, pace) for r in used)]
     return [name for name, true in found.items() if true] + causes

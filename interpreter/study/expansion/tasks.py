@@ -19,6 +19,7 @@ from softmark.interpreter.front.requests import needed
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.states import ANSWERED, LEFT_OUT
 from softmark.interpreter.study.expansion.outcome import (
     PointError,
     PointOutcome,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 POINTS = 200  # of a probe that a comparison keeps
-FINE = ("converged", "capped", "skipped")
+FINE = (*ANSWERED, *LEFT_OUT)
 
 
 def perform(task: PointTask) -> PointOutcome:

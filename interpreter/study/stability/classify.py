@@ -12,6 +12,7 @@ import re
 
 from softmark.interpreter.evidence.error_estimate import DOUBTS, is_doubt
 from softmark.interpreter.results.stated import StatedError
+from softmark.interpreter.results.states import LEFT_OUT
 from softmark.interpreter.study.expansion.outcome import PointError, PointSummary, Truth
 from softmark.interpreter.study.stability.record import Classified
 from softmark.interpreter.study.stability.truth import LeanOutcome
@@ -39,7 +40,7 @@ def classify(
         return Classified(word, message=message, code=code, warnings=codes)
     if status in ("not_converged", "diverged", "failed", "timed_out"):
         return Classified(status, message=message, code=code, warnings=codes, status=status)
-    if status == "skipped":
+    if status in LEFT_OUT:
         return Classified("unjudged", message=message or "it was not computed", warnings=codes, status=status)
     return _judged(outcome, metric, within, uncertainty, doubt, codes)
 

@@ -22,6 +22,7 @@ from dataclasses import field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.study.analysis.quality import OWN, WHOLE
 from softmark.interpreter.study.expansion.job import TimingJob
 from softmark.interpreter.study.timing.gauges import Gauges, load_average, memory, pace
 from softmark.interpreter.study.workers.orphans import die_with_parent
@@ -116,8 +117,11 @@ def timed(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
     }
     if not found.runs[-1].good:
         return record
+    if last.spent is not None:
+        record["clock"] = WHOLE if last.spent.most else OWN
     if where is not None:
-        return record | {"phases": _spent(where, found.warmed), "output_s": _written(job, last)}
+        parts = {} if last.spent is not None else _spent(where, found.warmed)  # of ours, which looks at an answer
+        return record | {"phases": parts, "output_s": _written(job, last)}
     return record | {
         "warmed": found.warmed,
         "wall_s": [r.wall for r in found.runs],
@@ -288,6 +292,8 @@ def _clocked(prepared: Prepared, where: Phases | None) -> Clocked:
     wall, cpu = time.perf_counter(), time.process_time()
     solution = solve() if where is None else where.around(solve)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    if (spent := solution.spent) is not None:  # our clock knows nothing of another program
+        wall, cpu = spent.wall_s, spent.cpu_s
     return Clocked(solution, wall, cpu, Gauges.now(cores).since(begin))
 
 

@@ -1,1 +1,55 @@
-"""A file for each program: what it can do, how it is told, run and read."""
+"""A file for each program: how it is told, run and read; what it can do stands here, so that words import none of them.
+
+An adapter is a module `adapters/NAME.py` with
+    install                    in words, how to install what it needs
+    version()                  its number, None where it is not installed
+    refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
+    write(problem, folder)     its input
+    command(folder)            what is run there, see `running.py`, which leaves what it says in `log.txt`
+    read(folder)               the `Answer`. Raises NoAnswer where there is none, NotSettled where it says so itself
+Packages of Python have all of these from `packaged.py`, and a function `solved(problem)` for a process of its own.
+To add a program: that file, a line here, and an extra in pyproject.toml where it is a package of Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a program is called and what of ours it can compute exactly as we mean it."""
+
+    title: str
+    elements: tuple[str, ...]
+    laws: Mapping[str, tuple[str, ...]]  # of each strain
+    several: bool = True  # materials in one body
+
+
+_SMALL = ("linear_elastic",)
+
+PROGRAMS: Mapping[str, Program] = {
+    "calculix": Program(
+        "CalculiX",
+        ("tet4", "tet10", "hex8", "hex20"),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean_isochoric", "mooney_rivlin", "yeoh")},
+    ),
+    "felupe": Program(
+        "FElupe",
+        ("tet4", "tet10", "hex8", "hex20", "hex27"),
+        {"small": _SMALL, "finite": ("neo_hookean", "neo_hookean_isochoric")},
+        several=False,
+    ),
+    "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
+}
+
+
+def adapter(name: str) -> Any:
+    """The module of a program. Raises KeyError for one that is in no table."""
+    if name not in PROGRAMS:
+        raise KeyError(name)
+    return import_module(f"{__name__}.{name}")

@@ -47,8 +47,9 @@ MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
 VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
 LEAST_SPARE = 1e-4  # of 1 - 2 nu: nearer to incompressible it changes D1 by itself, without a word
+PRINTED = 5e-7  # of a number: half of the last of 7 digits
 TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
-_TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {8,}\S[^\n]*)*)", re.M)
+_TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
 _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 
@@ -203,20 +204,25 @@ def read(folder: Path) -> Answer:
     """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
     log = _text(folder / LOG) if (folder / LOG).exists() else ""
     said = "; ".join(dict.fromkeys(" ".join(own.split()) for own, _ in _TROUBLE.findall(log)))
-    asked = len(re.findall(r"^\*STEP", _text(folder / f"{JOB}.inp"), re.M))
+    deck = _text(folder / f"{JOB}.inp")
+    asked, count = len(re.findall(r"^\*STEP", deck, re.M)), deck.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
     printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
     if reached < asked * (1.0 - 1e-9):
         why = f"it came to {max(0.0, reached - asked + 1):.3g} of the load of the last state that it began"
         raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
-    if len(printed) != asked or len({len(own) for own in printed}) != 1:
+    if len(printed) != asked:
         raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
-    u = np.array(_doubles(folder / f"{JOB}.rout", printed))
+    if short := [len(own) for own in printed if len(own) != count]:
+        raise NoAnswer(f"it printed displacements of {short[0]} nodes, of {count}")
+    whole = _doubles(folder / f"{JOB}.rout", printed)
+    rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
+    u = np.array(whole)
     if not np.isfinite(u).all():
         raise NoAnswer("some of its displacements are no finite numbers")
     told = _TIME.search(log)
     clocks = {"whole_s": float(told[1])} if told else {}
-    return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said)
+    return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
 
 
 def _text(path: Path) -> str:

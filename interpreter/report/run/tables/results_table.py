@@ -25,7 +25,9 @@ WIDE = 6  # a table with more metrics is set more tightly
 SYMBOLS = {
     "converged": ("✓", "good", "converged"),
     "capped": ("~", "quiet", "capped, steps unsolved"),
+    "read": ("✓", "good", "read from a file"),
     "skipped": ("–", "quiet", "skipped"),
+    "unsupported": ("–", "quiet", "unsupported"),
     "not_converged": ("✗", "bad", "not converged"),
     "diverged": ("✗", "bad", "diverged"),
     "failed": ("✗", "bad", "failed"),
@@ -274,7 +276,8 @@ class ResultsTable:
             below.append(f"setup {seconds(setup.median)}")
         if cpu and _differ(cpu.median, timing.median):
             below.append(f"CPU {seconds(cpu.median)}")
-        return seconds(timing.median) + _small("<br>".join(below))
+        below += [text(timing.basis)] if timing.basis else []
+        return ("≤ " if timing.most else "") + seconds(timing.median) + _small("<br>".join(below))
 
 
 def _differ(cpu: float, wall: float) -> bool:

@@ -1,0 +1,85 @@
+"""`dsl judge`: somebody else's results as models of a scene that does not mention them."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.cli.commands import run as running
+from softmark.interpreter.cli.commands.options import folder, override_option
+
+if TYPE_CHECKING:
+    from softmark.interpreter.run.options import Text
+
+FIELDS = {  # of `results(...)`, by option: what is written there, and whether in quotes
+    "unit": ("one unit of the files' lengths, such as 1mm (default: 1 m)", False),
+    "at": ('the vectors that are displacements, or "position"', True),
+    "rest": ("a file with the same points undeformed", True),
+    "time": ("one unit of the files' times, such as 1ms (default: 1 s)", False),
+    "within": ("how far the body may lie outside, such as 1mm", False),
+    "by": ("`place` or `nodes`: what points are known by", False),
+    "body": ("the body, where the scene has several", False),
+}
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """SCENE RESULT... [--as NAME]... [--unit U] [--at NAME] [--out DIR] [--json FILE|-]"""
+    parser.add_argument("file", metavar="SCENE", help="a scene file, a standard scene, or - for standard input")
+    parser.add_argument("results", metavar="RESULT", nargs="+", help="a file: .vtu, .vtk, .pvd, .xdmf, .frd or .csv")
+    parser.add_argument("--as", action="append", default=[], dest="names", metavar="NAME",
+                        help="what it is called, one for each in their order (default: by its file)")  # fmt: skip
+    for name, (meaning, _) in FIELDS.items():
+        parser.add_argument(f"--{name}", metavar=name.upper(), default="1 m" if name == "unit" else None, help=meaning)
+    override_option(parser)
+    parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
+    parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
+    parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Judge them; the exit status is that of the report."""
+    names = list(parsed.names)
+    if len(names) > len(parsed.results):
+        print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
+        return 2
+    names += [_named(path, names) for path in parsed.results[len(names) :]]
+    parsed.model, parsed.vtu, parsed.stated, parsed.repeat = names, False, False, 1
+    if parsed.out is None and parsed.json is None:
+        parsed.out = f"{Path(parsed.file).stem or 'scene'}-judged"
+    return running.run(parsed, lambda: _with(parsed, names))
+
+
+def _named(path: str, taken: list[str]) -> str:
+    """A name of the language for a file."""
+    found = re.sub(r"\W+", "_", Path(path).stem, flags=re.ASCII).strip("_").lower() or "theirs"
+    found = found if found[0].isalpha() else f"result_{found}"
+    return found if found not in taken else f"{found}_{len(taken) + 1}"
+
+
+def _with(parsed: argparse.Namespace, names: list[str]) -> Text:
+    """The scene with a model for each result, as if they stood in its last lines. Raises Unread."""
+    from softmark.grammar.diagnostic import Source
+    from softmark.interpreter.cli.commands.scenes import read_scene
+    from softmark.interpreter.run.options import Text
+
+    source, place, file = read_scene(parsed.file)
+    given = [(n, getattr(parsed, n)) for n in FIELDS if getattr(parsed, n) is not None]
+    fields = "".join(f", {n} = {_quoted(_found(n, v)) if FIELDS[n][1] else v}" for n, v in given)
+    lines = [
+        f"model {name} = results({_quoted(str(Path(path).resolve()))}{fields})"
+        for name, path in zip(names, parsed.results, strict=True)
+    ]
+    text = source.text.rstrip() + "\n\n# judged\n" + "\n".join(lines) + "\n"
+    return Text(Source(source.name, text), place, file, tuple(parsed.overrides))
+
+
+def _found(field: str, value: str) -> str:
+    """Files of the command line are relative to where it is given."""
+    return str(Path(value).resolve()) if field == "rest" else value
+
+
+def _quoted(value: str) -> str:
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'

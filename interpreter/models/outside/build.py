@@ -1,0 +1,237 @@
+"""Solving by another program, and looking at what it found: everything here is arrays."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.answers import vibrations
+from softmark.interpreter.models.fem import build as fem
+from softmark.interpreter.models.fem.build import PreparedSolid
+from softmark.interpreter.models.outside import running
+from softmark.interpreter.models.outside.adapters import adapter
+from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.outside.running import End
+from softmark.interpreter.models.outside.telling import Untold, told
+from softmark.interpreter.models.outside.words import GB, Outside
+from softmark.interpreter.models.shared.prepared import Meshless, Moved, Prepared, Solution, Spent, Workshop
+from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.balance import out_of_balance
+from softmark.solvers.statics.equilibrium import Equilibrium
+
+if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.equilibrium import Watch
+
+BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
+HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
+TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
+OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
+NOT_KNOWN = "another program solved it, and of the stiffness in its state nothing is known"
+
+
+@dataclass(frozen=True)
+class PreparedOutside:
+    """A model of ours on the same mesh, which is told to a program, and judges what that answers."""
+
+    model: Outside
+    declared: Declared
+    case: Case
+    solid: PreparedSolid
+
+    @property
+    def size(self) -> Mapping[str, int]:
+        """nodes, elements, dofs."""
+        return self.solid.size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about the mesh."""
+        return self.solid.notes
+
+    @property
+    def mesh(self) -> Mesh:
+        """Ours, which it is told."""
+        return self.solid.mesh
+
+    @property
+    def assembly(self) -> Assembly:
+        """Ours."""
+        return self.solid.assembly
+
+    @property
+    def points(self) -> Floats:
+        """Nodes (n, 3), m."""
+        return self.solid.points
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at the nodes (n, 3), N."""
+        return self.solid.forces()
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        return self.solid.outside(X)
+
+    def warm(self) -> None:
+        """Compile or load what looking at its answer needs."""
+        self.solid.warm()
+
+    def after(self, before: Moved) -> PreparedOutside:
+        """It starts from rest."""
+        return self
+
+    def solve(self, watch: Watch) -> Solution:
+        """What the program answers, where it can be asked, is there, and its answer stands up to our equations."""
+        known: dict[str, Any] = {"program": self.model.told.title}
+        program = adapter(self.model.program)
+        if (version := program.version()) is None:
+            return Solution("skipped", f"{self.model.told.title} is not installed: {program.install}", known)
+        try:
+            problem = told(self.solid, self.case)
+        except Untold as untold:
+            return Solution("unsupported", self.model.words_of(untold.reasons), known)
+        if reasons := program.refuses(problem):
+            return Solution("unsupported", self.model.words_of(reasons), known)
+        with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
+            return self._asked(
+                program, problem, Path(folder), known | {"program": f"{self.model.told.title} {version}"}
+            )
+
+    def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
+        """What comes of asking a program that is there."""
+        program.write(problem, folder)
+        model = self.model
+        end = running.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
+        known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
+        if end.how != "done":
+            return Solution("failed", f"{model.told.title}: {end.message}", known)
+        try:
+            answer = program.read(folder)
+            u = looked_at(answer, problem)
+        except NotSettled as why:
+            return Solution("not_converged", f"{model.told.title} says so itself: {why}", known)
+        except NoAnswer as none:
+            words = f"; {end.words}" if end.last else ""
+            return Solution("failed", f"{model.told.title}: {none}{words}", known)
+        spent = spent_by(answer, end, model.threads)
+        known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
+        known |= {} if answer.iterations is None else {"iterations": answer.iterations}
+        return replace(self._judged(answer, u, problem, known), spent=spent)
+
+    # ------------------------------------------------------------------ judging
+
+    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+        """What our equations say of its displacements u (n, 3), m."""
+        title, x = self.model.told.title, u.ravel()
+        held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
+        moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
+        slipped = float(np.abs(x[held] - values).max(initial=0.0))
+        if slipped > max(HELD, TOLD * answer.rounding) * moved:
+            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+        x = x.copy()
+        x[held] = values  # to the last digit
+        fixed = self.solid.problem.fixed
+        with np.errstate(all="ignore"):
+            residual = out_of_balance(self.assembly, x, fixed)
+            told = self._of_rounding(answer, x, residual)
+        known |= {"residual": residual, "residual_of_rounding": told}
+        allowed = BALANCED + TOLD * told
+        if answer.settled is False:
+            return Solution("not_converged", f"{title} says so itself: {answer.said or 'no reason is given'}", known)
+        if not residual <= allowed:
+            return Solution("not_converged", self._unbalanced(residual, allowed), known)
+        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=title)
+        return self._finished(self.solid.finish(state), known)
+
+    def _unbalanced(self, residual: float, allowed: float) -> str:
+        title = self.model.told.title
+        if not np.isfinite(residual):
+            return f"the displacements of {title} are no state of our law: cells are inside out"
+        return (
+            f"put into our equations, the displacements of {title} leave {residual:.1e} of the loads, and no more than "
+            f"{allowed:.1e} is taken for an equilibrium"
+        )
+
+    def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
+        """How much of the loads the digits of an answer leave: of one draw of their rounding, always the same."""
+        if not answer.rounding or not np.isfinite(residual):
+            return 0.0
+        drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * answer.rounding * np.abs(x)
+        fixed = self.solid.problem.fixed
+        drawn[fixed] = 0.0
+        apart = out_of_balance(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))
+        return apart if np.isfinite(apart) else 0.0
+
+    def _finished(self, found: Solution, known: dict[str, Any]) -> Solution:
+        """Our words for the state, without those of how we would have solved it."""
+        ours = {n: v for n, v in found.facts.items() if n not in OURS}
+        facts = {**ours, **known, "stable": None}
+        facts |= {"criterion": "residual in our equations, of displacements that another program found"}
+        return replace(found, facts=facts, vibrations=vibrations.none(NOT_KNOWN))
+
+
+def looked_at(answer: Answer, problem: Problem) -> Floats:
+    """Displacements (n, 3) under full load, m. Raises NoAnswer where they are none."""
+    u = np.asarray(answer.u)
+    wanted = (len(problem.shares), *problem.points.shape)
+    if u.shape != wanted:
+        raise NoAnswer(f"its result has displacements of shape {u.shape}, and {wanted} are asked for")
+    if not np.all(np.isfinite(u)):
+        raise NoAnswer(f"{int((~np.isfinite(u)).sum())} of its {u.size} displacements are no numbers")
+    found: Floats = np.asarray(u[-1], dtype=np.float64)
+    return found
+
+
+def spent_by(answer: Answer, end: End, threads: int) -> Spent:
+    """Its time of solution by its own clock, or else that of all that it did, or of its whole process, as a bound."""
+    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
+    solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
+    if solve is not None and 0.0 <= solve <= end.wall_s:
+        return Spent(solve, min(cpu, threads * solve), False)
+    if whole is not None and 0.0 <= whole <= end.wall_s:
+        return Spent(whole, cpu, True)
+    return Spent(end.wall_s, cpu, True)
+
+
+def load(model: Outside) -> None:
+    """Import what building needs."""
+    fem.load(model.solid)
+
+
+@dataclass(frozen=True)
+class Refused(Meshless):
+    """A model that its program cannot compute: nothing is built of it."""
+
+    why: str
+    size: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def points(self) -> Floats:
+        """None (0, 3)."""
+        return np.zeros((0, 3))
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """None."""
+        return ()
+
+    def solve(self, watch: Watch) -> Solution:
+        """Why there is nothing."""
+        return Solution("unsupported", self.why, {})
+
+
+def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
+    if reasons := model.reasons(case):
+        return Refused(model.words_of(reasons))
+    solid, _ = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    return cast(Prepared, PreparedOutside(model, declared, case, solid))

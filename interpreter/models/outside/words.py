@@ -1,0 +1,171 @@
+"""Models that other programs solve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.outside.adapters import PROGRAMS, Program
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.vocabulary.loads import PerLength
+from softmark.records import dataclass
+from softmark.solvers.elements import PLANE, WORDS, sliced
+from softmark.solvers.materials import MATERIALS
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.problem.conforming import Cuts
+    from softmark.interpreter.results.report import ModelKind
+    from softmark.solvers.mesh.shape import Shape
+
+    Word = str
+else:
+    Word = Literal[tuple(PROGRAMS)]
+
+Reason = tuple[str, str]  # what a program cannot do, and why
+GB = 1e9  # bytes
+
+
+@dataclass(frozen=True)
+class Outside(Model):
+    """Finite elements that another program solves: judged as ours are, on the same mesh, under the same loads.
+
+    The mesh, what supports hold and the forces on its nodes are those of `fem(...)` of the same element, size and
+    strain. What is solved, and how, is the program's: its element, its quadrature, its law, its solver. It runs in a
+    process of its own, with limits on time, memory and what it may say, and with one thread unless more are asked for.
+    Nothing of it is imported here.
+
+    What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
+    and W710 when the scene is checked. Where it is not installed it is `skipped`, and the message says how to install
+    it. Where it hangs, dies, floods its log, runs out of memory or leaves no answer or one that is no number, it is
+    `failed`, with its last words. Neither an exit status of 0 nor its own log is believed alone: its displacements are
+    put into our own equations, and where more than 1e-4 of the loads is left, beside what the digits of its answer can
+    say, it is `not_converged`. Reactions and stress are what our law makes of its displacements; of its stability and
+    of its error of discretisation nothing is known, which is unchecked.
+
+    Its time of solution is by its own clock where it has one; where it has none, that of its whole process, which is
+    an upper bound and marked as one. Setting up, solving and files are told apart in the facts of the report.
+    """
+
+    recovers = False
+    graded = True  # said to be unsupported, as all else that has no words for others
+    directed = True
+    composite = True
+    bedded = True
+    touches = True
+    remembers = True
+    soaks = True
+    finely = ("size",)
+    loads = (*Model.loads, PerLength)
+
+    program: Annotated[Word, "whose solver"]
+    element: Annotated[str, "element", "the element, as of `fem(...)`: tet4, tet10, hex8, hex20 or hex27"]
+    strain: Annotated[Literal["small", "finite"], "how strain is measured"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
+    threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
+
+    @property
+    def solid(self) -> Fem:
+        """Finite elements of ours on the same mesh: what its mesh, supports and loads are found by."""
+        return Fem(self.element, self.strain, self.size, self.body, self.mesh)
+
+    @property
+    def told(self) -> Program:
+        """What is known of the program."""
+        return PROGRAMS[self.program]
+
+    @property
+    def constant(self) -> bool:  # type: ignore[override]
+        """Its stiffness never changes."""
+        return self.solid.constant
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of our law, from its displacements."""
+        return self.solid.stress_law
+
+    def orders(self) -> dict[str, int]:
+        """Those of the element."""
+        return self.solid.orders()
+
+    def mesh_key(self) -> tuple[Any, ...]:
+        """What two models of a body must agree in to share a mesh."""
+        return self.solid.mesh_key()
+
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words."""
+        return self.solid.mesh_words(case)
+
+    def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
+        """What its meshes must follow."""
+        return self.solid.cuts(case, shape)
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against finite elements of ours of this case, and what the program cannot do."""
+        found = self.solid.doubts(replace(declared, thing=self.solid), case)
+        if any(d.severity == "error" for d in found):
+            return found
+        return [*found, *self._unsupported(declared, case)]
+
+    def _unsupported(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        if reasons := self.reasons(case):
+            yield diagnostic(
+                "W710",
+                declared.at("program"),
+                f"`{declared.name}` will not be computed: {self.words_of(reasons)}",
+                "unsupported",
+                "the other models of the scene are computed; `fem(...)` takes all of it",
+            )
+
+    def words_of(self, reasons: list[Reason]) -> str:
+        """Why a program does not compute it, in words."""
+        each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
+        return f"{self.told.title} is not asked for {', '.join(each)}"
+
+    def reasons(self, case: Case) -> list[Reason]:
+        """What of it the program cannot do exactly as the scene means it, and why."""
+        from softmark.interpreter.models.outside import telling
+
+        return [*telling.reasons(self.solid, case), *self._of_program(case)]
+
+    def _of_program(self, case: Case) -> Iterator[Reason]:
+        program = self.told
+        if self.element not in WORDS or sliced(self.element) not in program.elements:
+            known = ", ".join(program.elements)
+            plane = f", of which {self.element} is no slice" if self.element in PLANE else ""
+            yield f"element = {self.element}", f"its adapter has {known}{plane}"
+        laws = program.laws.get(self.strain, ())
+        if not laws:
+            yield f"strain = {self.strain}", f"its adapter has strain = {' and '.join(program.laws)}"
+            return
+        for material in () if self.strain == "small" else case.materials:
+            law = next((word for word, kind in MATERIALS.items() if type(material) is kind), type(material).__name__)
+            if law not in laws:
+                yield f"the law {law}", f"in finite strain its adapter has {', '.join(laws)}"
+        if len(case.materials) > 1 and not program.several:
+            yield "several materials", "its adapter has one for the whole body"
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        return f"{self.told.title}: {self.solid.outline(case)}"
+
+    def kind(self, case: Case) -> ModelKind | None:
+        """What it is but for its size."""
+        solid = self.solid.kind(case)
+        if solid is None:
+            return None
+        return replace(solid, words=f"{solid.words} by {self.told.title}")

@@ -1,0 +1,234 @@
+"""Somebody else's displacements as a model: read, matched to the body, and looked at as any other's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.results.matching import Floats, Matched, Unmatched, matched
+from softmark.interpreter.models.results.readers import read
+from softmark.interpreter.models.results.told import Told
+from softmark.interpreter.models.results.words import Results
+from softmark.interpreter.models.shared.deformed import Deformed
+from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.problem.case import Case, Fault, fault
+from softmark.interpreter.problem.data import located
+from softmark.interpreter.problem.points import drawn
+from softmark.interpreter.results.history import History
+from softmark.interpreter.vocabulary.analyses import Dynamic, InState, Quasistatic
+from softmark.records import dataclass
+from softmark.references.measured import Unreadable
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.equilibrium import Watch
+
+WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
+SIMILAR = 0.05  # of a volume: more is said
+SAME = 1e-6  # of a time or a state: the same
+FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
+NEAR = 0.05  # of a factor
+
+
+@dataclass(frozen=True)
+class PreparedResults(Meshless):
+    """What a file tells of a body. `which` of its times are looked at: one, or all of a motion."""
+
+    declared: Declared
+    case: Case
+    found: Matched
+    which: Floats  # (t,) weights of each time in the state of rest that is looked at, or in the end of a motion
+    facts: dict[str, Any]
+    doubts: tuple[Diagnostic, ...]
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """What speaks against it."""
+        return self.doubts
+
+    @property
+    def size(self) -> dict[str, int]:
+        """Points and cells of the file; no unknowns, for nothing is solved."""
+        return {"nodes": len(self.found.X), "elements": 0 if self.found.mesh is None else len(self.found.mesh.cells)}
+
+    @property
+    def points(self) -> Floats:
+        """None."""
+        return np.zeros((0, 3))
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """None."""
+        return []
+
+    def outside(self, X: Floats) -> float:
+        """How far the farthest of points X (n, 3), m, lies outside, where that is more than it may."""
+        far = float(self.found.outside(X).max(initial=0.0))
+        return far if far > _within(self.declared.thing, self.case) else 0.0
+
+    @cached_property
+    def _u(self) -> Floats:
+        found: Floats = np.einsum("t,tni->ni", self.which, self.found.u)
+        return found
+
+    def solve(self, watch: Watch) -> Solution:
+        """Nothing: what the file tells."""
+        found, which = self.found, self.which
+        history = times = frames = None
+        if isinstance(self.case.analysis, Dynamic) and found.times is not None:
+            step = float(np.diff(found.times).max(initial=0.0))
+            history = History(found.times, found.at, (), (), step)
+            times, frames = found.times, found.u
+        mesh = None if found.mesh is None else Deformed(found.mesh, self._u, times, frames)
+
+        def displacement(X: Floats) -> Floats:
+            moved: Floats = np.einsum("t,tki->ki", which, found.at(X))
+            return moved
+
+        return Solution("read", None, {"match": self.facts}, displacement, history=history, mesh=mesh)
+
+
+def load(model: Results) -> None:
+    """Nothing more."""
+
+
+def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """What the file tells, matched to the body. Raises Fault."""
+    key = ("results", model.path, model.at, model.rest, model.unit, model.time, model.by, case.body.name)
+    if key not in workshop.meshes:
+        workshop.meshes[key] = _matched(model, declared, case)
+    found, told = workshop.meshes[key]
+    which, said = _state(declared, case, found)
+    fits, notes = _fits(model, declared, case, found)
+    facts = {"field": found.name, **said, **fits, "unused": list(told.left)}
+    return PreparedResults(declared, case, found, which, facts, notes)
+
+
+def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, Told]:
+    try:
+        told = read(Path(model.path))
+        at, rest = declared.at("rest"), read(Path(model.rest)) if model.rest else None
+    except Unreadable as error:
+        at = declared.at("path")
+        raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
+    nodes: Mesh | None = located(case.shape, declared.at("by")).named() if model.by == "nodes" else None
+    try:
+        return matched(told, model.at, rest, model.unit, model.time, nodes), told
+    except Unmatched as error:
+        raise _unusable(declared, error) from None
+
+
+def _unusable(declared: Declared, error: Unmatched) -> Fault:
+    at = declared.at("at") if "at" in declared.fields else declared.at("path")
+    return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
+
+
+# ------------------------------------------------------------------ which of its times
+
+
+def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats, dict[str, Any]]:
+    """Weights (t,) of its times in the state that is asked for, and what is said of them. Raises Fault."""
+    count, times, analysis = len(found.u), found.times, case.analysis
+    said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
+    if isinstance(analysis, Dynamic):
+        return _moving(declared, found, analysis.duration), said
+    at = analysis.at if isinstance(analysis, InState) else analysis.now if isinstance(analysis, Quasistatic) else None
+    if at is None:
+        return _only(count, count - 1), said
+    near = None if times is None else np.flatnonzero(np.abs(times - at) <= SAME * max(1.0, abs(at)))
+    if near is not None and len(near):
+        return _only(count, int(near[0])), said | {"state": at}
+    of = "time" if isinstance(analysis, Quasistatic) else "state"
+    shown = units.show(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
+    has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
+    raise fault("E703", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has,
+                "write a series (.pvd) with one entry for each, or leave `states` out of the analysis")  # fmt: skip
+
+
+def _moving(declared: Declared, found: Matched, duration: float) -> Floats:
+    """Weights (t,) of its times in the end of a motion, linear between two of them. Raises Fault."""
+    times, name = found.times, Path(declared.thing.path).name
+    if times is None or len(times) < 2:
+        raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
+                    "or a table with a column of times")  # fmt: skip
+    step = float(np.diff(times).max())
+    if times[0] > SAME * duration or times[-1] < duration - SAME * duration:
+        span = f"from {units.show(float(times[0]), units.TIME)} to {units.show(float(times[-1]), units.TIME)}"
+        raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
+                    f"asked for: 0 to {units.show(duration, units.TIME)}",
+                    "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
+    last = int(np.searchsorted(times, duration - SAME * step))
+    weights = _only(len(times), last)
+    if times[last] > duration + SAME * step:
+        share = (duration - times[last - 1]) / (times[last] - times[last - 1])
+        weights[last - 1], weights[last] = 1.0 - share, share
+    return weights
+
+
+def _only(count: int, which: int) -> Floats:
+    found = np.zeros(count)
+    found[which] = 1.0
+    return found
+
+
+def _end(times: Floats | None, which: int) -> float | None:
+    return None if times is None else float(times[which])
+
+
+# ------------------------------------------------------------------ how well it fits
+
+
+def _within(model: Any, case: Case) -> float:
+    within: float | None = model.within
+    return WITHIN * case.shape.diagonal if within is None else within
+
+
+def _fits(
+    model: Results, declared: Declared, case: Case, found: Matched
+) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
+    """How the file stands to the body, and a warning where they are not of the same volume. Raises Fault."""
+    X = drawn(case).X
+    low, high = X.min(axis=0), X.max(axis=0)
+    beyond = float(np.maximum(low - found.X, found.X - high).max())
+    try:
+        far = found.outside(X)
+    except Unmatched as error:
+        raise _unusable(declared, error) from None
+    most = max(float(far.max(initial=0.0)), beyond)
+    if most > _within(model, case):
+        raise Fault(_apart(model, declared, case, found, X, most))
+    told = {"outside": float(far.max(initial=0.0)), "beyond": max(0.0, beyond), "volume": None}
+    whole = case.shape.volume
+    if found.mesh is None or not whole:
+        return told, ()
+    share = float(found.mesh.volumes.sum()) / whole
+    told["volume"] = share
+    if abs(share - 1.0) <= SIMILAR:
+        return told, ()
+    note = diagnostic("W700", declared.at("path"), f"the mesh of `{declared.name}` has {100 * share:.3g} % of the "
+                      f"volume of `{case.body.name}`", "not the same body", "if it is a coarse mesh of it, that is "
+                      "its error; else judge it by a scene of its own body")  # fmt: skip
+    return told, (note,)
+
+
+def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
+    """That the body does not lie in what the file covers, with the unit that would do if one does."""
+    spans = (" x ".join(units.show(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
+    ratio = case.shape.diagonal / found.extent if found.extent else 0.0
+    factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
+    remedy = "judge results of the same body, in the same place; `within` lets more pass"
+    if factor is not None:
+        remedy = f"is its unit another? with `unit = {units.show(model.unit * factor, units.LENGTH)}` it has the size"
+    return diagnostic(
+        "E702", declared.at("unit") if factor is not None else declared.at("path"),
+        f"{Path(model.path).name} does not cover `{case.body.name}`: they are up to "
+        f"{units.show(most, units.LENGTH)} apart",
+        "its points span {}, the body {}".format(*spans), remedy,
+    )  # fmt: skip

@@ -1,0 +1,75 @@
+"""What somebody else has computed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.models.shared.model import Model
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+
+NOTHING = "nothing was solved here: a file of displacements says"
+
+
+@dataclass(frozen=True)
+class Results(Model):
+    """Displacements from a file that another program has written: judged as any model is; nothing is solved.
+
+    Files are VTU, VTK, PVD, XDMF, CalculiX's FRD and CSV tables. Points of the file are undeformed, and `at` names the
+    vectors that are their displacements; where the file has none but moved points, `at = "position"`, and `rest` is a
+    file with the same points undeformed, or the first of the series is. Where the file has cells, a point of the body
+    moves as the cell does that it lies in; where it has points alone, as the nearest one if that is within 1e-6 of the
+    body's size, else by linear interpolation between points around it. `by = nodes` takes the numbers of nodes instead
+    of their places: those of the body's own mesh file, in its order.
+
+    The body must lie in what the file covers: how far its surface lies outside at most, and the volume of the file's
+    mesh in that of the body, are in `solve.match` of the report; farther than `within` is refused. A series is matched
+    by its `time`: a motion is that of the series, linear between its times; a state is that of the same value. Nobody
+    solved here, so there is no residual, no stability, no stress, no reaction and no time, and each is refused with
+    that reason. Its status is `read`, it has no part in `dsl stress`, and it is unchecked: references alone judge it.
+    """
+
+    loads = (object,)
+    supports = (object,)
+    bedded = touches = wired = composite = graded = directed = remembers = soaks = True
+    timed = False
+    forceless = f"{NOTHING} nothing of forces"
+
+    path: Annotated[str, "file", "the file: .vtu, .vtk, .pvd, .xdmf, .frd or .csv"]
+    unit: Annotated[float, "m in (0, inf)", "one unit of the file's lengths, such as 1 mm"]
+    at: Annotated[str, 'the vectors by their name in the file, or "position"; none: the only ones it may be'] = ""
+    rest: Annotated[str, "file", "a file with the same points undeformed, for `position`"] = ""
+    time: Annotated[float, "s in (0, inf)", "one unit of the file's times"] = 1.0
+    by: Annotated[Literal["place", "nodes"], "what points are known by"] = "place"
+    within: Annotated[
+        float | None, "m in (0, inf)", "how far the body may lie outside; 1 % of its diagonal if none"
+    ] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    @property
+    def stress_law(self) -> str:
+        """Why there is none."""
+        return f"{NOTHING} nothing of stress"
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What it cannot be matched to."""
+        if case.shape.wired:
+            return [
+                diagnostic("E704", declared.at(), f"`{declared.name}` cannot be matched to `{case.body.name}`",
+                           "no results of networks", "judge results of a solid body")
+            ]  # fmt: skip
+        if self.by == "nodes" and not case.shape.file:
+            return [
+                diagnostic("E705", declared.at("by"), f"`{case.body.name}` has no nodes of its own", "not a mesh file",
+                           "match by place, or make the body of the mesh file that was solved on")
+            ]  # fmt: skip
+        return []
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        return f"read from {self.path}, nothing is solved"
