@@ -50,7 +50,8 @@ _dsl() {{
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|judge|compare|stress|export|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
+    check|plan|run|judge|compare|stress|export|fmt)
+      COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
     explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
     list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;

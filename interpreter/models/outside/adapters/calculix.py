@@ -204,8 +204,8 @@ def read(folder: Path) -> Answer:
     """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
     log = _text(folder / LOG) if (folder / LOG).exists() else ""
     said = "; ".join(dict.fromkeys(" ".join(own.split()) for own, _ in _TROUBLE.findall(log)))
-    deck = _text(folder / f"{JOB}.inp")
-    asked, count = len(re.findall(r"^\*STEP", deck, re.M)), deck.partition("*ELEMENT")[0].count("\n") - 2
+    told = _text(folder / f"{JOB}.inp")
+    asked, count = len(re.findall(r"^\*STEP", told, re.M)), told.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
     printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
     if reached < asked * (1.0 - 1e-9):
@@ -220,8 +220,8 @@ def read(folder: Path) -> Answer:
     u = np.array(whole)
     if not np.isfinite(u).all():
         raise NoAnswer("some of its displacements are no finite numbers")
-    told = _TIME.search(log)
-    clocks = {"whole_s": float(told[1])} if told else {}
+    spent = _TIME.search(log)
+    clocks = {"whole_s": float(spent[1])} if spent else {}
     return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
 
 
