@@ -47,7 +47,7 @@ def bar(element: str = "tet4") -> str:
     return BAR.replace("ELEMENT", element)
 
 
-@pytest.mark.parametrize("to", FORMATS)
+@pytest.mark.parametrize("to", sorted(FORMATS.keys() - {"febio", "sofa"}))  # which take less: test_decks.py
 def test_the_exam_sheet_has_what_is_asked_and_known(
     to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,7 +11,13 @@ from typing import Any
 
 FORMATS: dict[str, tuple[str, str, str]] = {  # the module, what it is, and the unit of its lengths
     "calculix": ("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm"),
+    "febio": (
+        "decks.febio",
+        "a deck that `febio4 -i model.feb` runs; tested as text alone",
+        "1mm",
+    ),
     "gmsh": ("decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups", "1m"),
+    "sofa": ("decks.sofa", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone", "1m"),
     "vtu": ("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes", "1m"),
 }
 
