@@ -272,12 +272,16 @@ def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
 
 def _records(path: Path, size: int) -> Iterator[bytes]:
     """Records of a size, in bytes, of an unformatted file of Fortran; up to where it is none."""
-    data = path.read_bytes() if path.exists() else b""
-    at = 0
-    while at + 8 <= len(data):
-        length = int.from_bytes(data[at : at + 4], "little", signed=True)
-        if length < 0 or data[at : at + 4] != data[at + 4 + length : at + 8 + length]:
-            return
-        if length == size:
-            yield data[at + 4 : at + 4 + length]
-        at += 8 + length
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        while len(head := file.read(4)) == 4:
+            length = int.from_bytes(head, "little", signed=True)
+            if length < 0:  # of records in several parts, beyond 2 GB
+                return
+            whole = file.read(size) if length == size else b""
+            file.seek(length - len(whole), 1)
+            if file.read(4) != head:
+                return
+            if length == size:
+                yield whole
