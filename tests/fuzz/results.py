@@ -115,14 +115,17 @@ def xdmf(moments: int = 2) -> bytes:
 
 def frd(times: tuple[float, ...] = (0.5, 1.0)) -> bytes:
     """As CalculiX writes it, with nodes of their own numbers 10, 20, ..."""
-    rows = ["    1C", "    1UUSER", f"    2C{'':18}{5:12d}{'':37}1"]
+    rows = ["    1C", "    1UUSER", f"    2C{'':18}{len(X):12d}{'':37}1"]
     rows += [f" -1{10 * i + 10:10d}" + "".join(f"{v:12.5E}" for v in x) for i, x in enumerate(X)]
-    rows += [" -3", f"    3C{'':18}{2:12d}{'':37}1"]
+    rows += [" -3", f"    3C{'':18}{len(CELLS):12d}{'':37}1"]
     for i, cell in enumerate(CELLS, 1):
         rows += [f" -1{i:10d}    3    0    1", " -2" + "".join(f"{10 * n + 10:10d}" for n in cell)]
     rows.append(" -3")
     for k, t in enumerate(times, 1):
-        rows += [f"    1PSTEP{k:26d}{1:12d}{1:12d}", f"  100CL{100 + k:5d}{t:12.5E}{5:12d}{'':20} 0{k:5d}{'':10} 1"]
+        rows += [
+            f"    1PSTEP{k:26d}{1:12d}{1:12d}",
+            f"  100CL{100 + k:5d}{t:12.5E}{len(X):12d}{'':20} 0{k:5d}{'':10} 1",
+        ]
         rows += [" -4  DISP        4    1", *(f" -5  D{c}          1    2    {c}    0" for c in (1, 2, 3))]
         rows.append(" -5  ALL         1    2    0    0    1ALL")
         rows += [f" -1{10 * i + 10:10d}" + "".join(f"{t * v:12.5E}" for v in u) for i, u in enumerate(U)]

@@ -69,8 +69,7 @@ class Source:
         if kind not in CODES or size not in ("1", "2", "4", "8"):
             raise self.refused(f"its numbers are of type `{kind[:40]}` of {size[:40]} bytes")
         try:
-            # as they are written: to round them to four bytes loses what they say
-            return numbers(item.text or "", "f8" if kind == "Float" else CODES[kind] + "8")
+            return numbers(item.text or "", CODES[kind] + "8")
         except (ValueError, OverflowError) as error:
             raise self.refused(f"an item is no text of numbers ({str(error)[:80]})") from None
 
