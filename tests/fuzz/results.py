@@ -140,6 +140,37 @@ def csv(times: tuple[float, ...] = (0.0, 0.5)) -> bytes:
     return "\n".join(rows).encode()
 
 
+def chunk(order: str, what: int, *parts: bytes) -> bytes:
+    """A part of FEBio's plot file."""
+    data = b"".join(parts)
+    return struct.pack(f"{order}2I", what, len(data)) + data
+
+
+def xplt(packed: bool = False, order: str = "<", failed: bool = False) -> bytes:
+    """As FEBio's own reader wants it: nodes 10, 20, ..., states at 0.5 and 1, the last not converged if `failed`."""
+
+    def number(what: int, value: float, kind: str = "i") -> bytes:
+        return chunk(order, what, struct.pack(order + kind, value))
+
+    head = chunk(order, 0x01010000, number(0x01010001, 0x34), number(0x01010004, int(packed)))
+    word = number(0x01020002, 1), number(0x01020003, 0), chunk(order, 0x01020004, b"displacement".ljust(64, b"\0"))
+    words = chunk(order, 0x01020000, chunk(order, 0x01023000, chunk(order, 0x01020001, *word)))
+    nodes = b"".join(struct.pack(f"{order}i3f", 10 * i + 10, *x) for i, x in enumerate(X))
+    sizes = chunk(order, 0x01041100, number(0x01041101, len(X)), number(0x01041102, 3))
+    cells = (chunk(order, 0x01042201, struct.pack(f"{order}5i", i, *cell)) for i, cell in enumerate(CELLS, 1))
+    domain = chunk(order, 0x01042101, number(0x01042102, 2), number(0x01042103, 1), number(0x01032104, len(CELLS)))
+    domains = chunk(order, 0x01042000, chunk(order, 0x01042100, domain, chunk(order, 0x01042200, *cells)))
+    mesh = chunk(order, 0x01040000, chunk(order, 0x01041000, sizes, chunk(order, 0x01041200, nodes)), domains)
+    states = []
+    for t in (0.5, 1.0):
+        header = chunk(order, 0x02010000, number(0x02010002, t, "f"), number(0x02010003, int(failed and t == 1.0)))
+        data = chunk(order, 0, (t * U).astype(f"{order}f4").tobytes())
+        variable = chunk(order, 0x02020001, number(0x02020002, 1), chunk(order, 0x02020003, data))
+        state = chunk(order, 0x02000000, header, chunk(order, 0x02020000, chunk(order, 0x02020300, variable)))
+        states.append(zlib.compress(state) if packed else state)
+    return struct.pack(f"{order}I", 0x00464542) + chunk(order, 0x01000000, head, words) + mesh + b"".join(states)
+
+
 def whole() -> list[Files]:
     """One of every kind."""
     return [
@@ -149,6 +180,7 @@ def whole() -> list[Files]:
         {"text.vtk": vtk(binary=False)}, {"binary.vtk": vtk()}, {"old.vtk": vtk(file_format="vtk42", binary=False)},
         {"series.pvd": pvd("a.vtu", "b.vtu"), "a.vtu": raw(), "b.vtu": raw("<Q", packed=True, u=2 * U)},
         {"series.xdmf": xdmf()}, {"ccx.frd": frd()}, {"points.csv": csv()},
+        {"plain.xplt": xplt()}, {"packed.xplt": xplt(packed=True, order=">")},
     ]  # fmt: skip
 
 

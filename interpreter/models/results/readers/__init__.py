@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 READERS = {
     ".vtu": "vtu", ".pvd": "pvd", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf", ".frd": "frd", ".csv": "columns",
+    ".xplt": "xplt",
 }  # fmt: skip
 INSTEAD = {  # of formats that are not read, what to name
-    ".xplt": "open it in FEBio Studio, export VTK, and name that file",
     ".h5": "name the .xdmf that belongs to it",
     ".hdf5": "name the .xdmf that belongs to it",
     ".dat": "ask CalculiX for `*NODE FILE` and name the .frd",
