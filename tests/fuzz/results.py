@@ -93,6 +93,12 @@ def pvd(*names: str) -> bytes:
     return f'<?xml version="1.0"?>\n<VTKFile type="Collection">\n<Collection>{entries}</Collection></VTKFile>'.encode()
 
 
+def pvtu(*names: str) -> bytes:
+    """Parts of one mesh."""
+    pieces = "".join(f'<Piece Source="{name}"/>' for name in names)
+    return f'<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid>{pieces}</PUnstructuredGrid></VTKFile>'.encode()
+
+
 def xdmf(moments: int = 2) -> bytes:
     """A series with its numbers in the file, on the mesh of its first grid."""
 
@@ -178,7 +184,8 @@ def whole() -> list[Files]:
         {"plain.vtu": vtu(compression=None)}, {"raw.vtu": raw()}, {"rawz.vtu": raw("<Q", packed=True)},
         {"base64.vtu": raw(encoded=True)}, {"base64z.vtu": raw("<Q", packed=True, encoded=True)},
         {"text.vtk": vtk(binary=False)}, {"binary.vtk": vtk()}, {"old.vtk": vtk(file_format="vtk42", binary=False)},
-        {"series.pvd": pvd("a.vtu", "b.vtu"), "a.vtu": raw(), "b.vtu": raw("<Q", packed=True, u=2 * U)},
+        {"series.pvd": pvd("a.pvtu", "b.vtu"), "a.pvtu": pvtu("a.vtu"), "a.vtu": raw(),
+         "b.vtu": raw("<Q", packed=True, u=2 * U)},
         {"series.xdmf": xdmf()}, {"ccx.frd": frd()}, {"points.csv": csv()},
         {"plain.xplt": xplt()}, {"packed.xplt": xplt(packed=True, order=">")},
     ]  # fmt: skip

@@ -155,6 +155,8 @@ FLAWS = {  # the file, and what must be said of it
     "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu` lies outside the folder"),
     "absolute.pvd": (made.pvd("/etc/passwd"), "`/etc/passwd` lies outside the folder"),
     "missing.pvd": (made.pvd("no.vtu"), "it names `no.vtu`, and there is no such file"),
+    "parts.pvtu": (made.pvtu("a.vtu", "b.vtu"), "its mesh is in 2 parts"),
+    "outside.pvtu": (made.pvtu("../x.vtu"), "`../x.vtu` lies outside the folder"),
     "itself.pvd": (made.pvd("itself.pvd"), "a series is of .vtu files"),
     "none.pvd": (made.pvd(), "it has no results"),
     "outside.xdmf": (made.xdmf().replace(b'"XML">', b'"HDF">../x.h5:/u ', 1), "lies outside"),
@@ -207,7 +209,7 @@ def test_a_small_file_cannot_take_the_machine(tmp_path: Path, monkeypatch: pytes
 def test_numbers_in_hdf5_need_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     data = re.sub(rb'"XML">[^<]*', b'"HDF">a.h5:/u', made.xdmf())
-    assert "`pip install h5py`" in refused(tmp_path, a__xdmf=data, a__h5=b"x")
+    assert '`pip install "softmark[xdmf]"`' in refused(tmp_path, a__xdmf=data, a__h5=b"x")
 
 
 @pytest.mark.slow

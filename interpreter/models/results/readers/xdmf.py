@@ -103,7 +103,7 @@ def read(file: Path) -> Told:
         try:
             return told(file.name, _moments(Source(file.name, files, stack), top))
         except ModuleNotFoundError:
-            remedy = "`pip install h5py`, or write its numbers as XML"
+            remedy = '`pip install "softmark[xdmf]"`, or write its numbers as XML'
             raise Unreadable(file.name, "its numbers lie in HDF5, and h5py is not installed", remedy) from None
 
 
