@@ -315,6 +315,7 @@ def test_broken_files_end_in_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_ten_thousand_broken_files_end_in_words(tmp_path: Path) -> None:
     """Told or Unreadable: no traceback, none that takes five seconds, none opened outside the folder."""
     ends = made.sieged(10_000, 1, tmp_path)

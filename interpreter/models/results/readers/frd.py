@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, moment, told
+from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
 from softmark.interpreter.models.results.readers.trees import numbers
 from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.records import dataclass
@@ -100,11 +100,8 @@ def read(file: Path) -> Told:
 
 def _moments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
              left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
-    first = moment(name, X, blocks, {}, None, left)
-    return [
-        Moment(first.points, first.blocks, moment(name, X, (), found).arrays, time, left)
-        for time, found in steps.items()
-    ]
+    mesh = moment(name, X, blocks, {})
+    return [again(name, mesh, found, time, left) for time, found in steps.items()]
 
 
 def _width(name: str, row: bytes, here: int) -> int:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, moment, told
+from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
 from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
@@ -164,7 +164,7 @@ def _item(item: Chunk) -> tuple[str, int]:
 def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
              X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
     """States that converged. Raises Unreadable."""
-    found, left = list[Moment](), list[str]()
+    mesh, found, left = moment(whole.name, X, blocks, {}), list[Moment](), list[str]()
     for what, state in _unpacked(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
             raise Unreadable(whole.name, "its mesh changes on the way", "write the states of one mesh")
@@ -176,7 +176,7 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
         if any(status.numbers("i").any() for status in state.all(STATE_HEADER, STATUS)):
             left.append(f"the state at {times[0]:g}, which did not converge")
             continue
-        found.append(moment(whole.name, X, blocks, dict(_variables(state, names, len(X))), float(times[0])))
+        found.append(again(whole.name, mesh, dict(_variables(state, names, len(X))), float(times[0])))
     if not found:
         raise Unreadable(whole.name, f"none of its {len(left)} states converged", "look into the log of FEBio")
     return [replace(found[0], left=tuple(left)), *found[1:]]
