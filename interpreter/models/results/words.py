@@ -20,10 +20,10 @@ NOTHING = "nothing was solved here: a file of displacements says"
 class Results(Model):
     """Displacements from a file that another program has written: judged as any model is; nothing is solved.
 
-    Files are VTU, PVD, VTK, XDMF, CalculiX's FRD, FEBio's XPLT and CSV tables. Points of the file are undeformed, and `at` names the
-    vectors that are their displacements; where the file has none but moved points, `at = "position"`, and `rest` is a
-    file with the same points undeformed, or the first of the series is. Programs that write moved points beside the
-    displacements need `position` too. Where the file has cells, a point of the body
+    Files are VTU, PVD, VTK, XDMF, CalculiX's FRD, FEBio's XPLT and CSV tables. Points of the file are undeformed, and
+    `at` names the vectors that are their displacements; where the file has none but moved points, `at = "position"`,
+    and `rest` is a file with the same points undeformed, or the first of the series is. Programs that write moved
+    points beside the displacements need `position` too. Where the file has cells, a point of the body
     moves as the cell does that it lies in; where it has points alone, as the nearest one if that is within 1e-6 of the
     body's size, else by linear interpolation between points around it. `by = nodes` takes the numbers of nodes instead
     of their places: those of the body's own mesh file, in its order.
