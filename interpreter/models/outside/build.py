@@ -103,7 +103,9 @@ class PreparedOutside:
         if reasons := program.refuses(problem):
             return Solution("unsupported", self.model.words_of(reasons), known)
         with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
-            return self._asked(program, problem, Path(folder), known | {"program": f"{self.model.told.title} {version}"})
+            return self._asked(
+                program, problem, Path(folder), known | {"program": f"{self.model.told.title} {version}"}
+            )
 
     def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
         """What comes of asking a program that is there."""
