@@ -164,7 +164,7 @@ def test_doubles_are_taken_where_they_agree_with_what_is_printed(tmp_path: Path)
         ({"dat": DAT.replace("3.000000E-01", "NaN")}, NoAnswer, "no finite numbers"),
         ({"dat": DAT[:-52]}, NoAnswer, "of 3 nodes, of 4"),
         ({"dat": ""}, NoAnswer, "0 of 1 states"),
-        ({"sta": "what is this"}, NotSettled, "0 of the load"),
+        ({"sta": "what is this"}, NoAnswer, "not begun to solve"),
         ({"sta": STA + "a b c d e f\n"}, NoAnswer, "not a table of its increments"),
     ],
 )  # fmt: skip
@@ -178,7 +178,7 @@ def test_an_answer_that_is_none_is_said(
 def test_its_own_errors_are_told(tmp_path: Path) -> None:
     folder = left(tmp_path, sta=STA)
     (folder / "log.txt").write_text(" *ERROR in elements: no such node\n       in element 3\n")
-    with pytest.raises(NotSettled, match="no such node in element 3"):
+    with pytest.raises(NoAnswer, match="no such node in element 3"):
         calculix.read(folder)
 
 

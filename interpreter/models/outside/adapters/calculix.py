@@ -46,7 +46,7 @@ LOG = "log.txt"  # what it said
 MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
 VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
-LEAST_SPARE = 1e-4  # of 1 - 2 nu: nearer to incompressible it changes D1 by itself, without a word
+LEAST_SPARE = 1e-4  # of 1 - 2 nu: at 2e-4 it is ours to 2e-9, at 2e-5 it comes to no equilibrium (version 2.20)
 PRINTED = 5e-7  # of a number: half of the last of 7 digits
 TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
 _TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
@@ -79,7 +79,7 @@ def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
     elif stuff.choices.get("volumetric", "squared") != "squared":
         yield f"volumetric = {stuff.choices['volumetric']}", "its energy of a change of volume is K/2 (J - 1)^2"
     elif stuff.law in _LAWS and 1.0 - 2.0 * stuff.constants["poisson"] < LEAST_SPARE:
-        yield f"poisson = {stuff.constants['poisson']:g}", "it makes softer what is so near to incompressible"
+        yield f"poisson = {stuff.constants['poisson']:g}", "it comes to no equilibrium so near to incompressible"
 
 
 # ------------------------------------------------------------------ writing
@@ -208,6 +208,8 @@ def read(folder: Path) -> Answer:
     asked, count = len(re.findall(r"^\*STEP", told, re.M)), told.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
     printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
+    if not iterations:
+        raise NoAnswer(f"it has not begun to solve{': ' if said else ''}{said}")
     if reached < asked * (1.0 - 1e-9):
         why = f"it came to {max(0.0, reached - asked + 1):.3g} of the load of the last state that it began"
         raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
