@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
 VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
 LEAST_SPARE = 1e-4  # of 1 - 2 nu: at 2e-4 it is ours to 2e-9, at 2e-5 it comes to no equilibrium (version 2.20)
+SAID, WIDE = 4, 160  # of its errors and warnings: how many are told, and of how many characters each
 PRINTED = 5e-7  # of a number: half of the last of 7 digits
 TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
 _TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
@@ -203,7 +205,7 @@ def command(folder: Path) -> list[str]:
 def read(folder: Path) -> Answer:
     """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
     log = _text(folder / LOG) if (folder / LOG).exists() else ""
-    said = "; ".join(dict.fromkeys(" ".join(own.split()) for own, _ in _TROUBLE.findall(log)))
+    said = _said(log)
     told = _text(folder / f"{JOB}.inp")
     asked, count = len(re.findall(r"^\*STEP", told, re.M)), told.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
@@ -225,6 +227,14 @@ def read(folder: Path) -> Answer:
     spent = _TIME.search(log)
     clocks = {"whole_s": float(spent[1])} if spent else {}
     return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
+
+
+def _said(log: str) -> str:
+    """Its errors and then its warnings, the first SAID of them on one line."""
+    found = sorted(dict.fromkeys((kind, " ".join(own.split())[:WIDE]) for own, kind in _TROUBLE.findall(log)),
+                   key=lambda own: own[0])  # fmt: skip
+    more = f"; and {len(found) - SAID} more" if len(found) > SAID else ""
+    return visible("; ".join(text for _, text in found[:SAID]) + more)
 
 
 def _text(path: Path) -> str:
