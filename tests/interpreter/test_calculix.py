@@ -62,6 +62,7 @@ HELD3,3,3
 *RESTART, WRITE, FREQUENCY=1
 *STEP
 *STATIC
+1,1
 *BOUNDARY
 3,3,3,1.0000000000000e-02
 *CLOAD
@@ -99,6 +100,9 @@ def test_a_deck_is_this_text() -> None:
 def test_states_are_steps() -> None:
     lines = list(calculix.deck(replace(TET, shares=(0.5, 1.0))))
     assert lines.count("*STEP") == 2
+    assert lines.count("1,1") == 2
+    named = list(calculix.deck(replace(TET, shares=(0.5, 1.0), values_of_states=(0.1, 0.2))))
+    assert named.count("0.1,0.1") == 2  # each is at the time that the scene calls it
     assert [line for line in lines if line.startswith("4,3,")] == ["4,3,5.0000000000000e-01", "4,3,1.0000000000000e+00"]
 
 
@@ -160,7 +164,7 @@ def test_doubles_are_taken_where_they_agree_with_what_is_printed(tmp_path: Path)
     ("files", "error", "why"),
     [
         ({"sta": STA + "     1          1     1U   16  0.200000E+00  0.200000E+00  0.200000E+00\n",
-          "dat": ""}, NotSettled, "0 of the load"),
+          "dat": ""}, NotSettled, "came to 0 of its way"),
         ({"dat": DAT.replace("3.000000E-01", "NaN")}, NoAnswer, "no finite numbers"),
         ({"dat": DAT[:-52]}, NoAnswer, "of 3 nodes, of 4"),
         ({"dat": ""}, NoAnswer, "0 of 1 states"),
