@@ -175,7 +175,7 @@ ENDS = {
     "another state": (ANSWER.format(change="", settled=True), "not_converged", "the displacements of scikit-fem leave"),
     "says no": (ANSWER.format(change="", settled=False), "not_converged", "scikit-fem says so itself: so it goes"),
 }  # fmt: skip
-QUICK = ("NaN", "another state")
+QUICK = ("NaN",)
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,9 @@ def test_a_program_that_goes_wrong_ends_as_what_it_is(
     json.loads(report.dumps())
 
 
-@pytest.mark.parametrize("why", ["not installed", "unsupported", "too near to incompressible"])
+@pytest.mark.parametrize(
+    "why", ["not installed", "unsupported", pytest.param("too near to incompressible", marks=pytest.mark.slow)]
+)
 def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text, status = BLOCK, "unsupported"
     if why == "not installed":
@@ -229,6 +231,7 @@ def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPat
     assert {w.code for w in report.warnings} & {"W710"} == ({"W710"} if why == "unsupported" else set())
 
 
+@pytest.mark.slow
 def test_what_says_itself_that_it_has_no_state_has_not_converged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
