@@ -129,7 +129,7 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
     from softmark.interpreter.evidence.stress_limits import limitless
 
     if prepared.mesh is None and view.stress is not None:
-        if not thing.even:
+        if not (thing.even or isinstance(thing.stress_law, str)):
             yield from _beside_ends(metric, view, thing)
         return
     place = limitless(metric.thing, view.case, prepared.mesh, view.probes[metric.thing.probe].points)

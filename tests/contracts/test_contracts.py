@@ -63,7 +63,11 @@ MODELLED = {
     "modal": [("modal(of = full, modes = 2)", FULL)],
     "pod": [("pod(of = full, training = [1])", FULL)],
 }  # fmt: skip
-STRICT = {"homogeneous"}  # whole faces and normal tractions alone: tests/interpreter/test_homogeneous.py
+STRICT = {
+    "homogeneous",  # whole faces and normal tractions alone: tests/interpreter/test_homogeneous.py
+    "outside",  # what a program takes: tests/interpreter/test_outside_programs.py
+    "results",  # whatever loads there are: tests/interpreter/test_judged.py
+}
 TAKES = {  # of 70: each load, and each support under gravity, in each of five analyses; lines for all but springs
     "fem(hex8": 53,  # its consistent mass is no explicit one
     "fem(tet4": 39,  # a cap has no part in a path or a disturbed start, nor in a turn at rest

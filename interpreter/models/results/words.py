@@ -29,9 +29,9 @@ class Results(Model):
 
     The body must lie in what the file covers: how far its surface lies outside at most, and the volume of the file's
     mesh in that of the body, are in `solve.match` of the report; farther than `within` is refused. A series is matched
-    by its `time`: a motion is that of the series, linear between its times; a state is that of the same value, or the
-    one in the same place of as many. Nobody solved here, so there is no residual, no stability, no stress, no reaction
-    and no time, and each is refused with that reason. Its status is `read`, and nothing but references vouches for it.
+    by its `time`: a motion is that of the series, linear between its times; a state is that of the same value. Nobody
+    solved here, so there is no residual, no stability, no stress, no reaction and no time, and each is refused with
+    that reason. Its status is `read`, it has no part in `dsl stress`, and it is unchecked: references alone judge it.
     """
 
     loads = (object,)
@@ -58,11 +58,10 @@ class Results(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What it cannot be matched to."""
-        if case.planar or case.depth or case.shape.wired:
-            what = "slices and networks" if case.shape.wired else "slices"
+        if case.shape.wired:
             return [
                 diagnostic("E704", declared.at(), f"`{declared.name}` cannot be matched to `{case.body.name}`",
-                           f"no results of {what}", "judge results of a solid body")
+                           "no results of networks", "judge results of a solid body")
             ]  # fmt: skip
         if self.by == "nodes" and not case.shape.file:
             return [

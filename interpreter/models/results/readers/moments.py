@@ -12,11 +12,11 @@ from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 from softmark.references.tables import LARGEST
-from softmark.solvers.elements import ELEMENTS, element_of
+from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.files.reading import KINDS
 
 AGAIN = "write the file again: it may be cut off"
-PLURALS = {"triangle": "triangles", "quad": "quadrilaterals", "line": "lines", "wedge": "wedges", "vertex": "points"}
+PLURALS = {"triangle": "triangles", "line": "lines", "wedge": "wedges", "pyramid": "pyramids"}  # others are named
 
 Block = tuple[str, Ints]  # meshio's word of an element, or other words for it, and its cells (m, a)
 
@@ -163,6 +163,6 @@ def _most(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, 
 
 
 def _counted(n: int, word: str) -> str:
-    if word in KINDS:
-        return f"{n} {ELEMENTS[KINDS[word]].name} cells"
-    return f"{n} {PLURALS[word]}" if word in PLURALS else f"{n} cells `{word}`"
+    if word in PLURALS:
+        return f"{n} {word if n == 1 else PLURALS[word]}"
+    return f"{n} cell{'' if n == 1 else 's'} `{KINDS.get(word, word)}`"

@@ -175,19 +175,21 @@ class Source:
     def _unpacked(self, data: bytes) -> bytes:
         """Size and bytes; or sizes of blocks and what they were before, then the blocks."""
         wide = np.dtype(self.header).itemsize
-        head = np.frombuffer(data[: wide * 3], dtype=np.dtype(self.header).newbyteorder(self.order)).tolist()
+
+        def sizes(start: int, count: int) -> list[int]:
+            if (start + count) * wide > len(data):
+                raise ValueError("the sizes of its blocks break off")
+            kind = np.dtype(self.header).newbyteorder(self.order)
+            return list(np.frombuffer(data, kind, count, start * wide).tolist())
+
         if self.packed is None:
-            found = data[wide : wide + head[0]]
-            return _full(found, head[0])
-        if not head[0]:
+            (promised,) = sizes(0, 1)
+            return _full(data[wide : wide + promised], promised)
+        (count,) = sizes(0, 1)
+        if not count:
             return b""
-        count, size, last = head
-        if count > len(data):
-            raise ValueError(f"{count} blocks are promised in {len(data)} bytes")
-        at = wide * (3 + count)
-        lengths = np.frombuffer(data[wide * 3 : at], dtype=np.dtype(self.header).newbyteorder(self.order)).tolist()
-        if len(lengths) != count:
-            raise ValueError("the sizes of its blocks break off")
+        size, last = sizes(1, 2)
+        lengths, at = sizes(3, count), wide * (3 + count)
         parts = []
         for i, length in enumerate(lengths):
             promised = last if last and i == count - 1 else size

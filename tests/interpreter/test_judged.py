@@ -1,0 +1,199 @@
+"""Results of other programs as models, and `dsl judge`: held against fields that are known in closed form."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from softmark import SceneError, loads
+from softmark.interpreter.cli.main import main
+
+SCENE = """softmark 1
+scene "Block"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (40, 20, 20) mm), gel)
+load     weight = gravity(9.81 m/s^2)
+support  floor = fixed(block, where = z <= 0 mm)
+probe    end   = point(block, at = (37, 11, 17) mm)
+probe    axis  = line(block, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points = 9)
+metric   out   = displacement(end, along = +x)
+metric   down  = displacement(end, along = -z)
+"""
+A = np.array([[0.02, 0.01, -0.03], [0.004, -0.01, 0.02], [-0.05, 0.03, 0.01]])
+B = np.array([1.0, -2.0, 0.5])  # mm
+END = A @ [37.0, 11.0, 17.0] + B  # mm: linear fields are those of every mesh
+
+
+def block(n: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    """Points, mm, and hexahedra of the body."""
+    x, y, z = np.meshgrid(np.linspace(0, 40, 2 * n + 1), *[np.linspace(0, 20, n + 1)] * 2, indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    ids = np.arange(len(points)).reshape(x.shape)
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = [ids[i : i + x.shape[0] - 1, j : j + n, k : k + n].ravel() for i, j, k in corners]
+    return points, np.column_stack(cells)
+
+
+def written(file: Path, factor: float = 1.0, unit: float = 1.0, deformed: bool = False, **fields: np.ndarray) -> Path:
+    """A mesh with `factor` times the linear field, in units of so many mm."""
+    points, cells = block()
+    u = factor * (points @ A.T + B)
+    own = {} if deformed else {"displacement": u / unit}
+    meshio.write(
+        file, meshio.Mesh((points + deformed * u) / unit, [("hexahedron", cells)], point_data={**own, **fields})
+    )
+    return file
+
+
+def series(folder: Path, times: list[float]) -> Path:
+    """A series whose displacements are their time times the field."""
+    lines = []
+    for number, time in enumerate(times):
+        written(folder / f"s{number}.vtu", time)
+        lines.append(f'<DataSet timestep="{time}" part="0" file="s{number}.vtu"/>')
+    text = f'<VTKFile type="Collection" version="0.1"><Collection>{"".join(lines)}</Collection></VTKFile>'
+    (folder / "s.pvd").write_text(text, encoding="utf-8")
+    return folder / "s.pvd"
+
+
+def judged(words: str, more: str = "") -> Any:
+    """The report's entry of a model."""
+    return loads(f"{SCENE}{more}model theirs = {words}\n").run().models["theirs"]
+
+
+def measured(model: Any) -> np.ndarray:
+    """What the metrics are, mm."""
+    return 1e3 * np.array([model.metrics["out"].value, model.metrics["down"].value])
+
+
+@pytest.mark.parametrize(("unit", "word"), [(1.0, "1 mm"), (1e3, "1 m")])
+def test_a_linear_field_is_read_at_every_point(tmp_path: Path, unit: float, word: str) -> None:
+    """Meshio writes 17 digits; a linear field is that of trilinear cells to rounding."""
+    model = judged(f'results("{written(tmp_path / "a.vtu", unit=unit)}", unit = {word})')
+    assert model.status == "read"
+    np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-12)
+    own = model.probes["axis"]
+    np.testing.assert_allclose(own.displacement * 1e3, own.points * 1e3 @ A.T + B, rtol=1e-10, atol=1e-12)
+    assert model.solve["match"]["volume"] == pytest.approx(1.0, rel=1e-12)
+    assert model.to_json()["time"]["solve_s"]["reason"] == "nothing was solved here"
+
+
+def test_points_that_moved_are_displacements(tmp_path: Path) -> None:
+    there, rest = written(tmp_path / "a.vtu", deformed=True), written(tmp_path / "r.vtu", 0.0)
+    model = judged(f'results("{there}", unit = 1 mm, at = "position", rest = "{rest}", within = 5 mm)')
+    np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-12)
+
+
+def test_points_alone_are_read_between_them(tmp_path: Path) -> None:
+    """A linear field is that of every simplex, to the digits that are written."""
+    points, _ = block()
+    rows = np.column_stack([points, points @ A.T + B])
+    file = tmp_path / "a.csv"
+    np.savetxt(file, rows, delimiter=",", header="x,y,z,ux,uy,uz", comments="", fmt="%.17g")
+    model = judged(f'results("{file}", unit = 1 mm)')
+    np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-9)
+
+
+def test_a_motion_is_that_of_the_series(tmp_path: Path) -> None:
+    more = "analysis fall = dynamic(duration = 250 ms, step = 10 ms, integrator = newmark)\n"
+    model = judged(f'results("{series(tmp_path, [0.0, 100.0, 200.0, 300.0])}", unit = 1 mm, time = 1 ms)', more)
+    assert measured(model)[0] == pytest.approx(250.0 * END[0], rel=1e-12)
+    with pytest.raises(SceneError, match="E703"):
+        judged(f'results("{tmp_path / "s.pvd"}", unit = 1 mm)', more.replace("250 ms", "400 s"))
+
+
+def test_states_are_matched_by_their_value(tmp_path: Path) -> None:
+    more = "analysis both = static(states = [50, 100] %)\n"
+    more += "support lid = displaced(block, where = z >= 20 mm, by = (0, 0, -1) mm, course = state)\n"
+    model = judged(f'results("{series(tmp_path, [0.0, 0.5, 1.0])}", unit = 1 mm)', more)
+    np.testing.assert_allclose(model.metrics["out"].states, [0.5e-3 * END[0], 1e-3 * END[0]], rtol=1e-12)
+
+
+def test_what_would_need_a_solution_says_so(tmp_path: Path) -> None:
+    more = "metric held = force(floor, along = +z)\nmetric hard = stress(end, component = von_mises)\n"
+    more += "model own = fem(hex8, size = 20 mm, strain = small)\n"
+    model = judged(f'results("{written(tmp_path / "a.vtu")}", unit = 1 mm)', more)
+    for name in ("held", "hard"):
+        assert model.metrics[name].value is None
+        assert "nothing was solved here" in str(model.metrics[name].reason)
+
+
+def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, file = tmp_path / "block.scene", written(tmp_path / "some file.vtu")
+    scene.write_text(SCENE, encoding="utf-8")
+    assert main(["judge", str(scene), str(file), "--unit", "1mm", "--as", "sofa", "--json", "-"]) == 0
+    known = json.loads(capsys.readouterr().out)["models"]
+    assert known["sofa"]["status"] == "read"
+    assert known["sofa"]["metrics"]["out"]["value"] == pytest.approx(1e-3 * END[0], rel=1e-12)
+    assert main(["judge", str(scene), str(file)]) == 2
+    assert "`unit = 1 mm`" in capsys.readouterr().err
+    assert main(["judge", str(scene), str(file), "--as", "a", "--as", "b"]) == 2
+
+
+@pytest.mark.slow
+def test_what_our_own_report_wrote_is_judged_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Displacements are written as doubles: every metric of displacements is the same to their last digits."""
+    scene = tmp_path / "block.scene"
+    scene.write_text(f"{SCENE}model own = fem(tet10, size = 10 mm, strain = finite)\n", encoding="utf-8")
+    assert main(["run", str(scene), "--vtu", "--out", str(tmp_path / "own")]) == 0
+    own = json.loads((tmp_path / "own" / "report.json").read_text(encoding="utf-8"))["models"]["own"]["metrics"]
+    capsys.readouterr()
+    assert main(["judge", str(scene), str(tmp_path / "own" / "vtu" / "own.vtu"), "--as", "again", "--json", "-"]) == 0
+    again = json.loads(capsys.readouterr().out)["models"]["again"]["metrics"]
+    for name in ("out", "down"):
+        assert again[name]["value"] == pytest.approx(own[name]["value"], rel=1e-12)
+
+
+DECK = """*NODE, NSET=ALL
+{nodes}
+*ELEMENT, TYPE=C3D8, ELSET=EALL
+{cells}
+*NSET, NSET=LEFT
+{left}
+*NSET, NSET=RIGHT
+{right}
+*MATERIAL, NAME=GEL
+*ELASTIC
+0.01, 0.3
+*SOLID SECTION, ELSET=EALL, MATERIAL=GEL
+*STEP
+*STATIC
+*BOUNDARY
+LEFT, 1, 1
+1, 2, 3
+{corner}, 3, 3
+RIGHT, 1, 1, 0.4
+*NODE FILE
+U
+*END STEP
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not there")
+def test_what_calculix_has_written_is_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A bar drawn out by 1 % between smooth ends: u = 0.01 x, -0.003 y, -0.003 z. Its FRD has six digits."""
+    points, cells = block()
+    ids = np.arange(len(points)) + 1
+    deck = DECK.format(
+        nodes="\n".join(f"{i}, {x}, {y}, {z}" for i, (x, y, z) in zip(ids, points, strict=True)),
+        cells="\n".join(f"{i + 1}, {', '.join(map(str, c + 1))}" for i, c in enumerate(cells)),
+        left=",\n".join(map(str, ids[points[:, 0] == 0])),
+        right=",\n".join(map(str, ids[points[:, 0] == 40])),
+        corner=int(ids[(points == [0, 20, 0]).all(axis=1)][0]),
+    )
+    (tmp_path / "bar.inp").write_text(deck, encoding="utf-8")
+    subprocess.run(["ccx", "bar"], cwd=tmp_path, check=True, capture_output=True, timeout=60)
+    scene = tmp_path / "block.scene"
+    scene.write_text(SCENE, encoding="utf-8")
+    assert main(["judge", str(scene), str(tmp_path / "bar.frd"), "--unit", "1mm", "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)["models"]["bar"]["metrics"]
+    assert found["out"]["value"] == pytest.approx(0.37e-3, rel=1e-5)
+    assert found["down"]["value"] == pytest.approx(0.003 * 17e-3, rel=1e-5)
