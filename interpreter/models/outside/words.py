@@ -58,6 +58,7 @@ class Outside(Model):
     """
 
     recovers = False
+    unwalked = "another program solves it, which states no error that could be held against it"
     graded = True  # said to be unsupported, as all else that has no words for others
     directed = True
     composite = True
