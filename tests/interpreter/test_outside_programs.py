@@ -283,4 +283,5 @@ def test_its_time_says_by_whose_clock() -> None:
     found = softmark.compare(softmark.loads(text), repeats=1)
     point = next(p for p in found.found.points if p.model == "theirs")
     assert "own clock" in point.cost.flags
+    assert (point.cost.memory_bytes, point.cost.frame) == (None, None)  # those would be ours
     assert 0.0 < point.cost.wall_s.median < theirs.solve["process"]["wall_s"]

@@ -149,7 +149,7 @@ class PreparedOutside:
             return Solution("not_converged", f"{title} says so itself: {answer.said or 'no reason is given'}", known)
         if not residual <= allowed:
             return Solution("not_converged", self._unbalanced(residual, allowed), known)
-        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=title)
+        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"that of {title}")
         return self._finished(self.solid.finish(state), known)
 
     def _unbalanced(self, residual: float, allowed: float) -> str:
