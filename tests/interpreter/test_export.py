@@ -64,7 +64,7 @@ def test_the_exam_sheet_has_what_is_asked_and_known(
     assert written == {*model["files"], "exam.json", "README.txt"}
     assert [own["what"] for own in exam["left"]] == ["model `turning`, strain = corotational"]
     assert "left out: model `turning`" in said.err
-    assert "dsl judge my.scene RESULT --as NAME" in (tmp_path / "out" / "README.txt").read_text()
+    assert "dsl judge my.scene RESULT --as NAME --unit" in (tmp_path / "out" / "README.txt").read_text()
 
 
 def test_references_are_in_it_and_those_that_models_make_are_left_out(tmp_path: Path) -> None:
@@ -142,6 +142,13 @@ def test_states_are_steps_of_one_deck_where_they_are_parts_of_one_load(tmp_path:
     assert exported(weighed, "calculix", tmp_path / "two") == 0
     found = sorted((tmp_path / "two" / "out").rglob("job.inp"))
     assert [file.parent.name for file in found] == ["state-1", "state-2", "state-3"]
+
+
+def test_what_another_program_solves_goes_out_as_it_is_told(tmp_path: Path) -> None:
+    theirs = STATES + "model theirs = outside(calculix, element = hex8, strain = small, size = 5 mm)\n"
+    assert exported(theirs, "calculix", tmp_path) == 0
+    small, other = ((tmp_path / "out" / name / "job.inp").read_text() for name in ("small", "theirs"))
+    assert small == other
 
 
 def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

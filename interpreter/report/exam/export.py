@@ -21,6 +21,7 @@ from softmark.interpreter.models.outside.decks import form
 from softmark.interpreter.models.outside.decks.named import Named, named_of
 from softmark.interpreter.models.outside.problem import Problem, Stuff
 from softmark.interpreter.models.outside.telling import Reason, Untold, reasons, told
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.prepare import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import Fault, case_for
@@ -88,7 +89,7 @@ def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
     """The problems of a model: one, or one for each state. Raises Untold, Fault."""
     each = []
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
-        declared = own.declared[name]
+        declared = _ours(own.declared[name])
         case = case_for(own, declared)
         if found := reasons(declared.thing, case):  # before anything is built
             raise Untold(found)
@@ -98,6 +99,11 @@ def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
         raise Untold(found)
     shares = _shares([problem for problem, _ in each])
     return each if shares is None else [(replace(each[-1][0], shares=shares), each[-1][1])]
+
+
+def _ours(declared: Declared) -> Declared:
+    """A model that another program solves, as ours of the same words: that is what it is told of."""
+    return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
 
 
 def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:

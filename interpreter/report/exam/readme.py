@@ -21,7 +21,7 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
         "",
         f"Exported by softmark {sheet['softmark']} to {to}: {FORMATS[to][1]}.",
         "exam.json has the points where an answer is looked at, what is known there, with its uncertainty, and what",
-        "the scene asks and expects of it. It is in SI; a deck may have units of its own, which it names.",
+        f"the scene asks and expects of it, in SI. Lengths of the files here are in units of {FORMATS[to][2]}.",
         "",
         *(_model(name, own) for name, own in sheet["models"].items()),
         "",
@@ -31,7 +31,7 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
         "To have an answer judged as one more model of the scene, with the displacements of a file of results (VTU,",
         "PVD, VTK, XDMF, .frd, CSV):",
         "",
-        f"    dsl judge {file} RESULT --as NAME",
+        f"    dsl judge {file} RESULT --as NAME --unit {FORMATS[to][2]}",
         *(["", "What is not here, and why:"] if sheet["left"] else []),
         *(f"- {own['what']}: {own['why']}" for own in sheet["left"]),
     ]

@@ -9,10 +9,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-FORMATS: dict[str, tuple[str, str]] = {  # the module, and what it is
-    "calculix": ("adapters.calculix", "an input deck, `ccx -i job` runs it"),
-    "gmsh": ("decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups"),
-    "vtu": ("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes"),
+FORMATS: dict[str, tuple[str, str, str]] = {  # the module, what it is, and the unit of its lengths
+    "calculix": ("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm"),
+    "gmsh": ("decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups", "1m"),
+    "vtu": ("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes", "1m"),
 }
 
 
