@@ -2,7 +2,7 @@
 
 Address space, CPU time, the size of a file and core dumps are limited by the kernel (`launching.py`), wall-clock time
 and what it says here. A program that leaves processes behind leaves none: those of its group are killed, and those that
-went out of it are known by a mark in their environment (Linux); where we are killed ourselves, it is as well. Whatever a
+went out of it are known by a mark in their environment (Linux); where we are killed ourselves, it is as well. What a
 program says is text from a stranger: it is kept up to a size, and shown in few lines without control characters.
 """
 
