@@ -55,6 +55,7 @@ class ComparisonRequest:
     vary: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
     study: str | None = None
+    plain: bool = False  # scenes as they are declared, without what their studies vary
     jobs: int = 1
     cluster: str | None = None
     timeout: float | None = None
@@ -116,7 +117,8 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
     """
     started = datetime.now(UTC)
     vary, models = read_vary(request.vary)
-    asked = Additions(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
+    chosen = (*request.models, *(m for m in models if m not in request.models))
+    asked = Additions(vary, chosen, request.study, request.plain)
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: c.task for c in configurations if c.reason is None}
