@@ -55,7 +55,6 @@ class ComparisonRequest:
     vary: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
     study: str | None = None
-    plain: bool = False  # scenes as they are declared, without what their studies vary
     jobs: int = 1
     cluster: str | None = None
     timeout: float | None = None
@@ -67,6 +66,7 @@ class ComparisonRequest:
     say: Say = field(default=lambda what, detail: None, repr=False)
     # told, once the journal is open, whom to ask what an interrupt would leave
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
+    plain: bool = False  # scenes as they are declared, without what their studies vary
 
 
 @dataclass(frozen=True)

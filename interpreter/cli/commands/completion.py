@@ -12,7 +12,8 @@ OPTIONS = {
     " --allow-contaminated",
     "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
     "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
-    "board": "--out --json --against --check --jobs --cluster --timeout --repeats --resume --fresh --allow-contaminated",
+    "board": "--out --json --against --also --check --jobs --cluster --timeout --repeats --resume --fresh"
+    " --allow-contaminated",
     "fmt": "--check",
     "new": "--list",
     "explain": "",
@@ -72,9 +73,8 @@ def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
         for option in options.split():
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
-    lines.append(
-        f"complete -c dsl -F -n '__fish_seen_subcommand_from check plan run compare stress board fmt' -a '{' '.join(scenes)}'"
-    )
+    with_scenes = "check plan run compare stress board fmt"
+    lines.append(f"complete -c dsl -F -n '__fish_seen_subcommand_from {with_scenes}' -a '{' '.join(scenes)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from list' -a '{' '.join(topics)}'")
     return "\n".join(lines)

@@ -60,7 +60,8 @@ def _answer(cell: Cell) -> str:
     disturbed = tag("small", "disturbed") if "contaminated" in (cell.flags or ()) else ""
     sure = "–" if not cell.uncertainty else quantity(cell.uncertainty, cell.unit, 2, percent=True)
     return tag(
-        "tr", tag("th", text(cell.model), tag("small", text(cell.outline)), scope="row"), tag("td", tag("code", text(cell.name))),
+        "tr", tag("th", text(cell.model), tag("small", text(cell.outline)), scope="row"),
+        tag("td", tag("code", text(cell.name))),
         tag("td", f"{sign} {text(error_of(cell))}", class_=mood), tag("td", text(sure)),
         tag("td", text(time), disturbed), tag("td", text(status_of(cell.status)), why),
     )  # fmt: skip

@@ -65,7 +65,10 @@ def _merits(ranked: list[Merit]) -> str:
         for m in ranked
     ]  # fmt: skip
     table = tag("table", head, tag("tbody", *rows), class_="merits")
-    lead = "Quickest: of those that answer right. Most accurate: as far as the reference can tell. Both where several models meet."
+    lead = (
+        "Quickest: of those that answer right. Most accurate: as far as the reference can tell."
+        " Both where several models meet."
+    )
     wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="What models are good for")
     return section("merits", "What each model is good for", tag("p", text(lead), class_="lead"), wide)
 

@@ -15,6 +15,7 @@ from softmark.interpreter.study.board.cells import SCHEMA, Board, Cell
 
 SAME, TIMES = 0.01, 1.5  # relative change of an error; ratio of times
 NUMBER = forms.NUMBER
+TAKES = "`--against` takes the board.json of an earlier `dsl board`"
 FORM = {
     "schema!": str, "title": str, "created": str, "command": str, "environment": {},
     "cases!": {"*!": {"question": str, "scene": str, "unit": str, "tolerance": NUMBER}},
@@ -35,9 +36,9 @@ def read(path: str) -> Board:
         found = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         why = (error.strerror if isinstance(error, OSError) else None) or "it is no JSON"
-        raise Foreign(f"cannot read {path}: {why}; `--against` takes the board.json of an earlier `dsl board`") from error
+        raise Foreign(f"cannot read {path}: {why}; {TAKES}") from error
     if problem := forms.misfit(found, FORM):
-        raise Foreign(f"{path} is no board: {problem}; `--against` takes the board.json of an earlier `dsl board`")
+        raise Foreign(f"{path} is no board: {problem}; {TAKES}")
     if found["schema"] != SCHEMA:
         raise Foreign(f"{path} is {found['schema'][:40]}, not {SCHEMA}")
     known = {"name": "", "title": "", "created": "", "command": "", "environment": {}}

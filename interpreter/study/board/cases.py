@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.language.sources import standard_name
 from softmark.interpreter.problem.case import body_of, case_of
 from softmark.interpreter.study.board.suite import Case, Suite
 from softmark.interpreter.study.expansion.tasks import told
@@ -47,13 +48,13 @@ class BoardCase:
 
 
 def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diagnostic]]:
-    """Its cases, each scene loaded once, and what is wrong with the suite: a scene in error is a case without answers."""
+    """Its cases, each scene loaded once, and what is wrong with it: a scene in error is a case without answers."""
     found: list[BoardCase] = []
     faults: list[Diagnostic] = []
-    known: dict[str, SceneSubject | str] = {}
+    known: dict[str, SceneSubject | Diagnostic | str] = {}
     for case in suite.cases:
         own = known.get(case.scene) or _subject(case, suite.folder, load, known)
-        known[case.scene] = own
+        known.setdefault(case.scene, own)
         if isinstance(own, Diagnostic):
             faults.append(own)
         elif isinstance(own, str):
@@ -66,7 +67,7 @@ def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diag
 
 
 def _subject(
-    case: Case, folder: Path, load: Load, known: dict[str, SceneSubject | str]
+    case: Case, folder: Path, load: Load, known: Mapping[str, SceneSubject | Diagnostic | str]
 ) -> SceneSubject | str | Diagnostic:  # fmt: skip
     """Its scene under a name of its own, why it is in error, or what is wrong with the case that names it."""
     beside = folder / case.scene
@@ -83,7 +84,8 @@ def cases_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
     """The case that a scene is by itself: its first error, without a tolerance."""
     subject = subject_of(scene, taken)
     errors = [n for n, d in scene.of_kind("metric").items() if d.thing.measured_from in scene.of_kind("reference")]
-    case = Case(subject.name, scene.path or subject.name, errors[0] if errors else None, asks=scene.title)
+    file = standard_name(scene.path) or scene.path or subject.name
+    case = Case(subject.name, file, errors[0] if errors else None, asks=scene.title)
     return _answered(case, subject)
 
 

@@ -152,7 +152,7 @@ def _effort(point: ComparedPoint) -> tuple[str | None, Spread | None]:
 
 
 def verdict(error: float | None, uncertainty: float | None, tolerance: float | None) -> str | None:
-    """Whether an error is within a tolerance; what the reference leaves open may let nobody tell. None without either."""
+    """Whether an error is within a tolerance, or nobody can tell as the reference is not known that well."""
     if error is None or tolerance is None:
         return None
     if error <= tolerance:

@@ -44,7 +44,9 @@ def time_profiles(board: Board) -> list[Profile]:
 def error_profiles(board: Board) -> list[Profile]:
     """Errors in tolerances: the most accurate of a model's settings counts."""
     limits = {name: case.tolerance for name, case in board.cases.items() if case.tolerance}
-    known = ((c.case, c.model, c.error / limits[c.case]) for c in board.cells if c.error is not None and c.case in limits)
+    known = (
+        (c.case, c.model, c.error / limits[c.case]) for c in board.cells if c.error is not None and c.case in limits
+    )
     ratios = least(known)
     return profiles(ratios, len(ratios), list(board.models))
 
