@@ -15,7 +15,9 @@ from softmark.interpreter.cli.commands.options import folder as folder_name
 from softmark.interpreter.cli.commands.study_options import carried_out, shelved
 
 if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.study.board.cases import BoardCase
     from softmark.interpreter.study.board.cells import Board
     from softmark.interpreter.study.compare import Comparison, ComparisonRequest
@@ -31,6 +33,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         help="folder for index.html, board.json and journal.jsonl (default: board)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     parser.add_argument("--against", metavar="OLD", help="an earlier board.json: print what has changed, as Markdown")
+    also = "another program, such as `calculix`, beside the finite elements of each scene"
+    parser.add_argument("--also", action="append", default=[], metavar="PROGRAM", help=also)
     parser.add_argument("--check", action="store_true", help="read the suite and its scenes; compute nothing")
     work_options(parser)
 
@@ -45,7 +49,10 @@ def run(parsed: argparse.Namespace) -> int:
     except against.Foreign as foreign:
         print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
-    read = _read(parsed.files or [STANDARD])
+    if unknown := _unknown(parsed.also):
+        print(visible(unknown), file=sys.stderr)
+        return 2
+    read = _read(parsed.files or [STANDARD], parsed.also)
     if read is None:
         return 2
     title, cases = read
@@ -60,11 +67,28 @@ def run(parsed: argparse.Namespace) -> int:
         progress.clear()
 
 
-def _read(names: list[str]) -> tuple[str, list[BoardCase]] | None:
+def _unknown(programs: list[str]) -> str:
+    """What is wrong with the programs of `--also`, or nothing."""
+    from softmark.grammar.suggest import nearest
+    from softmark.interpreter.models.outside.adapters import PROGRAMS
+
+    for name in programs:
+        if name not in PROGRAMS:
+            close = nearest(name, PROGRAMS)
+            hint = f"did you mean `{close}`?" if close else f"programs are {', '.join(PROGRAMS)}"
+            return f"error: there is no adapter for `{name}`; {hint}"
+    return ""
+
+
+def _read(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
     """The cases under a title; None, and what is wrong is shown, where a suite is in error or a scene is not there."""
-    from softmark.interpreter.cli.commands.scenes import Unread, load, read_scene, show
+    from softmark.interpreter.cli.commands.board_also import with_others
+    from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
     from softmark.interpreter.study.board.cases import cases_of_scene, cases_of_suite
     from softmark.interpreter.study.board.suite import is_suite, read, standard_suites
+
+    def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
+        return with_others(name, also)
 
     known = standard_suites()
     if len(names) == 1:
@@ -91,7 +115,7 @@ def _read(names: list[str]) -> tuple[str, list[BoardCase]] | None:
 def _listed(title: str, cases: list[BoardCase]) -> str:
     """What is asked, of whom."""
     lines = [f"{c.case.name:<12}{c.kind or '-':<13}{len(c.entrants):>2}  {c.case.asks}" for c in cases]
-    return all_visible("\n".join([title, *lines]))
+    return str(all_visible("\n".join([title, *lines])))
 
 
 def _made(

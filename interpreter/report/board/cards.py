@@ -70,6 +70,6 @@ def _answer(cell: Cell) -> str:
 def _front(card: CaseCard, cells: list[Cell], view: SceneView | None) -> str:
     """Error against time, where there is more than one answer."""
     drawn = [c for c in cells if c.error is not None]
-    if view is None or card.metric not in view.metrics or len(drawn) < 2:
+    if view is None or card.metric is None or card.metric not in view.metrics or len(drawn) < 2:
         return ""
     return Diagram(view, list(view.metrics).index(card.metric), card.metric).figure()

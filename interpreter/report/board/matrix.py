@@ -33,7 +33,8 @@ def matrix(board: Board, order: Sequence[str]) -> str:
 
 def _row(board: Board, model: str) -> str:
     card = board.models[model]
-    about = tag("small", text(f"{card.met} right of {count(card.entered, 'case')}"))
+    judged = any(c.verdict for c in board.cells if c.model == model)
+    about = tag("small", text(f"{card.met} right of {count(card.entered, 'case')}")) if judged else ""
     cells = [_cell(board.of(case, model)) for case in board.cases]
     return tag("tr", tag("th", text(model), about, scope="row"), *cells)
 
