@@ -2,7 +2,7 @@
 
 For every `fem(...)` of a scene with plain displacements there is an `outside(PROGRAM, ...)` of the same element, size,
 body and mesh; corotational strain, which others do not have, becomes finite. Of models that come to the same, one is
-added. A line that the scene refuses is left out; what a program cannot do is `unsupported` on the board, with its reason.
+added. A line that the scene refuses is left out; what a program cannot do is `unsupported`, with its reason.
 """
 
 from __future__ import annotations
