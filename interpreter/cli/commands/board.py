@@ -60,7 +60,7 @@ def run(parsed: argparse.Namespace) -> int:
         print(_listed(title, cases))
         return 0
     progress = Progress(sys.stderr)
-    progress.say("start", f"{len(cases)} cases")
+    progress.say("start", f"{len(cases)} case{'s' if len(cases) != 1 else ''}")
     try:
         return _made(title, cases, old, parsed, progress)
     finally:
