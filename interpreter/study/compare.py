@@ -66,7 +66,8 @@ class ComparisonRequest:
     say: Say = field(default=lambda what, detail: None, repr=False)
     # told, once the journal is open, whom to ask what an interrupt would leave
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
-    plain: bool = False  # scenes as they are declared, without what their studies vary
+    # scenes as they are declared, without what their studies vary, and without telling where the time goes
+    plain: bool = False
 
 
 @dataclass(frozen=True)
@@ -233,7 +234,7 @@ def _timing(
     def keep(record: Json) -> None:
         journal.append(TIMING, str(record["key"]), record=clean(record))
 
-    return timings(jobs, request.repeats, keep, done, request.say)
+    return timings(jobs, request.repeats, keep, done, request.say, phases=not request.plain)
 
 
 def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:

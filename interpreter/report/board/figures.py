@@ -53,7 +53,7 @@ def _plate(name: str, own: Sequence[Profile], ends: tuple[float, float], label: 
     )
     best = ", ".join(f"{p.model} {p.steps[-1][1]:.0%}" for p in own[:3])
     title = f"Profile of {'times' if name == 'time' else 'errors'}"
-    up = linear(0.0, 1.0, "share of cases", "1")
+    up = linear(0.0, max(math.ceil(10.0 * own[0].steps[-1][1]) / 10.0, 0.2), "share of cases", "1")
     chart = Chart(f"profile-{name}", title, f"The largest shares: {best}.", across, up, WIDTH, HEIGHT, curves)
     shown = [p.model for p in own[:SHOWN]]
     columns = [PlateColumn("τ", ("τ",), [(f"{t:.4g}",) for t in taus])]

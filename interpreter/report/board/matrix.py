@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.compare.view import status_of
-from softmark.interpreter.report.page.markup import count, section, tag, text
+from softmark.interpreter.report.page.markup import section, tag, text
 from softmark.interpreter.study.board.cells import Board, Cell
 
 SIGNS: Mapping[str | None, tuple[str, str]] = {  # by verdict: sign and class
@@ -34,7 +34,7 @@ def matrix(board: Board, order: Sequence[str]) -> str:
 def _row(board: Board, model: str) -> str:
     card = board.models[model]
     judged = any(c.verdict for c in board.cells if c.model == model)
-    about = tag("small", text(f"{card.met} right of {count(card.entered, 'case')}")) if judged else ""
+    about = tag("small", text(f"{card.met} of {card.entered} right")) if judged else ""
     cells = [_cell(board.of(case, model)) for case in board.cases]
     return tag("tr", tag("th", text(model), about, scope="row"), *cells)
 
