@@ -28,6 +28,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
+    "export": ("export", "write models as files for another program, with an exam sheet"),
     "board": ("board", "put every model on every case of a suite: a matrix, profiles, fronts, as a site"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
@@ -36,7 +37,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
-COMPUTING = frozenset({"run", "judge", "compare", "stress", "board"})  # what loads numpy, scipy and numba
+COMPUTING = frozenset({"run", "judge", "compare", "stress", "export", "board"})  # what loads numpy, scipy and numba
 
 
 def main(argv: Sequence[str] | None = None) -> int:

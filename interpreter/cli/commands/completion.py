@@ -12,6 +12,7 @@ OPTIONS = {
     " --allow-contaminated",
     "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
     "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
+    "export": "-p --model --to --out",
     "board": "--out --json --against --also --check --jobs --cluster --timeout --repeats --resume --fresh"
     " --allow-contaminated",
     "fmt": "--check",
@@ -51,7 +52,8 @@ _dsl() {{
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|judge|compare|stress|board|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
+    check|plan|run|judge|compare|stress|export|board|fmt)
+      COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
     explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
     list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;
@@ -73,8 +75,10 @@ def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
         for option in options.split():
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
-    with_scenes = "check plan run compare stress board fmt"
-    lines.append(f"complete -c dsl -F -n '__fish_seen_subcommand_from {with_scenes}' -a '{' '.join(scenes)}'")
+    lines.append(
+        "complete -c dsl -F -n '__fish_seen_subcommand_from check plan run judge compare stress export board fmt'"
+        f" -a '{' '.join(scenes)}'"
+    )
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from list' -a '{' '.join(topics)}'")
     return "\n".join(lines)
