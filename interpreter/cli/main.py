@@ -30,6 +30,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
     "export": ("export", "write models as files for another program, with an exam sheet"),
     "conformance": ("conformance", "put somebody's plugin through the contracts of its words"),
+    "board": ("board", "put every model on every case of a suite: a matrix, profiles, fronts, as a site"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
@@ -38,7 +39,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
 COMPUTING = frozenset(
-    {"run", "judge", "compare", "stress", "export", "conformance"}
+    {"run", "judge", "compare", "stress", "export", "conformance", "board"}
 )  # what loads numpy, scipy and numba
 
 

@@ -66,6 +66,8 @@ class ComparisonRequest:
     say: Say = field(default=lambda what, detail: None, repr=False)
     # told, once the journal is open, whom to ask what an interrupt would leave
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
+    # scenes as they are declared, without what their studies vary, and without telling where the time goes
+    plain: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,8 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
     """
     started = datetime.now(UTC)
     vary, models = read_vary(request.vary)
-    asked = Additions(vary, (*request.models, *(m for m in models if m not in request.models)), request.study)
+    chosen = (*request.models, *(m for m in models if m not in request.models))
+    asked = Additions(vary, chosen, request.study, request.plain)
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: c.task for c in configurations if c.reason is None}
@@ -231,7 +234,7 @@ def _timing(
     def keep(record: Json) -> None:
         journal.append(TIMING, str(record["key"]), record=clean(record))
 
-    return timings(jobs, request.repeats, keep, done, request.say)
+    return timings(jobs, request.repeats, keep, done, request.say, phases=not request.plain)
 
 
 def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:

@@ -41,10 +41,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         help="folder for compare.html, compare.json and journal.jsonl"
                         " (default: NAME-comparison)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
-    _work_options(parser)
+    work_options(parser)
 
 
-def _work_options(parser: argparse.ArgumentParser) -> None:
+def work_options(parser: argparse.ArgumentParser) -> None:
+    """Who does the work, for how long at most, and how often it is timed."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N processes at a time")
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")

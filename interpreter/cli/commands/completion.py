@@ -13,6 +13,8 @@ OPTIONS = {
     "judge": "-p --plugin --as --unit --at --rest --time --within --by --body --out --json --junit",
     "stress": "-p --plugin --model --study --out --json --jobs --timeout --memory --resume --fresh",
     "export": "-p --plugin --model --to --out",
+    "board": "--out --json --against --also --check --jobs --cluster --timeout --repeats --resume --fresh"
+    " --allow-contaminated",
     "fmt": "--check",
     "new": "--list",
     "conformance": "",
@@ -51,7 +53,7 @@ _dsl() {{
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|judge|compare|stress|export|fmt)
+    check|plan|run|judge|compare|stress|export|board|fmt)
       COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
     explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
@@ -75,7 +77,7 @@ def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
     lines.append(
-        "complete -c dsl -F -n '__fish_seen_subcommand_from check plan run judge compare stress export fmt'"
+        "complete -c dsl -F -n '__fish_seen_subcommand_from check plan run judge compare stress export board fmt'"
         f" -a '{' '.join(scenes)}'"
     )
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")

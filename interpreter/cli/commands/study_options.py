@@ -61,8 +61,12 @@ def carried_out(
     progress: Progress,
     name: str,
     scenes: Sequence[Scene],
+    page: str | None = None,
 ) -> Found | int:
-    """What `work` finds, or the exit status where it cannot, after the reason is told; `name` is that of its files."""
+    """What `work` finds, or the exit status where it cannot, after the reason is told.
+
+    `name` is that of its files, `page` of what a person reads where that is called otherwise.
+    """
     from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
     from softmark.interpreter.cli.commands.report_folder import message, unusable
     from softmark.interpreter.cli.commands.scenes import show
@@ -71,7 +75,7 @@ def carried_out(
     from softmark.interpreter.study.workers import journal, pool
 
     places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
-    made = folded("--out", folder, (f"{name}.json", f"{name}.html", "journal.jsonl"))
+    made = folded("--out", folder, (f"{name}.json", page or f"{name}.html", "journal.jsonl"))
     outputs = [*made, *(("--json", Path(place)) for option, place in places if option == "--json")]
     read = [place for scene in scenes for place in read_by(scene)]
     if problem := collision(outputs, read) or unusable(places, [path for _, path in made]):

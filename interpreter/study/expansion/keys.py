@@ -1,6 +1,7 @@
 """What a result depends on, as one digest: two configurations of one key are one computation.
 
-A key covers softmark's sources, the model, everything declared that can decide its result, and the contents of files.
+A key covers softmark's sources, the model, everything declared that can decide its result, the contents of files, and
+the versions of other programs that solve it.
 Names of parameters, texts of expressions, expectations and published values take no part, and studies only where a
 model is made from one: then the whole text counts, for what a sweep does to the scene is not in the scene as it is.
 """
@@ -28,6 +29,8 @@ def key_of(scene: Scene, model: str) -> str:
         if declared.name in whole or declared.kind not in (*SPEAKING, "model"):
             h.update(words_of(declared).encode())
     h.update(_refined_words(scene, whole).encode())
+    for name in sorted(str(p) for n in whole if (p := vars(scene.declared[n].thing).get("program")) is not None):
+        h.update(sources.of_program(name).encode())
     if any(scene.declared[name].kind == "study" for name in whole):
         h.update(_text(scene).encode())
     return h.hexdigest()

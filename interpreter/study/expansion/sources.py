@@ -62,6 +62,14 @@ def of_file(name: str) -> str:
     return _of_regular(*_state(path))
 
 
+@cache
+def of_program(name: str) -> str:
+    """Another program with its version; that it is not there is one, too."""
+    from softmark.interpreter.models.outside.adapters import adapter
+
+    return f"{name} {adapter(name).version()}\0"
+
+
 def _joined(lines: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 

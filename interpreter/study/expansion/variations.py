@@ -79,6 +79,7 @@ class SceneSubject:
     name: str
     scene: Scene
     folder: Path
+    models: tuple[str, ...] = ()  # that take part; all of them without
 
     def described(self) -> dict[str, Any]:
         """Its entry among the results: what it is called, its text, and what it was made with."""
@@ -115,6 +116,7 @@ class Additions:
     vary: tuple[Vary, ...] = ()
     models: tuple[str, ...] = ()
     study: str | None = None
+    plain: bool = False  # scenes as they are declared, without what their studies vary
 
 
 # ------------------------------------------------------------------ the command line
@@ -227,6 +229,8 @@ def _families(subject: SceneSubject, asked: Additions) -> list[_Family]:
     models = tuple(asked.models or subject.scene.of_kind("model"))
     if asked.vary:
         return [_Family(None, tuple(product(*(v.values for v in asked.vary))), models)]
+    if asked.plain:
+        return []
     found = []
     for name, sweep in _sweeps(subject.scene, asked.study).items():
         links = chain(subject.scene, sweep)
@@ -263,7 +267,8 @@ def _beside(subject: SceneSubject, asked: Additions, found: Sequence[Configurati
     if asked.study is not None and found:
         return []
     varied_ = {c.model for c in found}
-    models = tuple(m for m in asked.models or subject.scene.of_kind("model") if m not in varied_)
+    wanted = asked.models or subject.models or subject.scene.of_kind("model")
+    models = tuple(m for m in wanted if m not in varied_)
     return list(_members(subject, _Family(None, ((),), models)))
 
 

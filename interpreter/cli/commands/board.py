@@ -1,0 +1,175 @@
+"""`dsl board`: every model on every case of a suite, by the protocol of `dsl compare`, as a site."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import all_visible, visible
+from softmark.interpreter.cli.commands.compare import work_options
+from softmark.interpreter.cli.commands.options import folder as folder_name
+from softmark.interpreter.cli.commands.study_options import carried_out, shelved
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.study.board.cases import BoardCase
+    from softmark.interpreter.study.board.cells import Board
+    from softmark.interpreter.study.compare import Comparison, ComparisonRequest
+
+STANDARD = "2026"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """[SUITE|FILE...] [--out DIR] [--json FILE|-] [--against OLD] [--check] ..."""
+    what = f"a suite, or scenes, each of which is a case by its first error (default: the suite {STANDARD})"
+    parser.add_argument("files", nargs="*", metavar="FILE", help=what)
+    parser.add_argument("--out", type=folder_name, metavar="DIR", default="board",
+                        help="folder for index.html, board.json and journal.jsonl (default: board)")  # fmt: skip
+    parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
+    parser.add_argument("--against", metavar="OLD", help="an earlier board.json: print what has changed, as Markdown")
+    also = "another program, such as `calculix`, beside the finite elements of each scene"
+    parser.add_argument("--also", action="append", default=[], metavar="PROGRAM", help=also)
+    parser.add_argument("--check", action="store_true", help="read the suite and its scenes; compute nothing")
+    work_options(parser)
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Make a board; the exit status is 3 where a case or a model has no answer."""
+    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.study.board import against
+
+    try:
+        old = None if parsed.against is None else against.read(parsed.against)
+    except against.Foreign as foreign:
+        print(visible(f"error: {foreign}"), file=sys.stderr)
+        return 2
+    if unknown := _unknown(parsed.also):
+        print(visible(unknown), file=sys.stderr)
+        return 2
+    read = _read(parsed.files or [STANDARD], parsed.also)
+    if read is None:
+        return 2
+    title, cases = read
+    if parsed.check:
+        print(_listed(title, cases))
+        return 0
+    progress = Progress(sys.stderr)
+    progress.say("start", f"{len(cases)} case{'s' if len(cases) != 1 else ''}")
+    try:
+        return _made(title, cases, old, parsed, progress)
+    finally:
+        progress.clear()
+
+
+def _unknown(programs: list[str]) -> str:
+    """What is wrong with the programs of `--also`, or nothing."""
+    from softmark.grammar.suggest import nearest
+    from softmark.interpreter.models.outside.adapters import PROGRAMS
+
+    for name in programs:
+        if name not in PROGRAMS:
+            close = nearest(name, PROGRAMS)
+            hint = f"did you mean `{close}`?" if close else f"programs are {', '.join(PROGRAMS)}"
+            return f"error: there is no adapter for `{name}`; {hint}"
+    return ""
+
+
+def _read(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
+    """The cases under a title; None, and what is wrong is shown, where a suite is in error or a scene is not there."""
+    from softmark.interpreter.cli.commands.board_also import with_others
+    from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
+    from softmark.interpreter.study.board.cases import cases_of_scene, cases_of_suite
+    from softmark.interpreter.study.board.suite import is_suite, read, standard_suites
+
+    def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
+        return with_others(name, also)
+
+    known = standard_suites()
+    if len(names) == 1:
+        try:
+            source, folder, _ = read_scene(str(known.get(names[0], names[0])))
+        except Unread as unread:
+            show([unread.diagnostic])
+            return None
+        if is_suite(source.text):
+            suite, found = read(source, folder)
+            cases, faults = ([], found) if suite is None else cases_of_suite(suite, load)
+            show(faults)
+            return None if suite is None or faults else (suite.title, cases)
+    scenes: list[BoardCase] = []
+    for name in names:
+        scene, diagnostics = load(name)
+        if scene is None:
+            show(diagnostics)
+            return None
+        scenes.append(cases_of_scene(scene, [c.case.name for c in scenes]))
+    return f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].title, scenes
+
+
+def _listed(title: str, cases: list[BoardCase]) -> str:
+    """What is asked, of whom."""
+    lines = [f"{c.case.name:<12}{c.kind or '-':<13}{len(c.entrants):>2}  {c.case.asks}" for c in cases]
+    return str(all_visible("\n".join([title, *lines])))
+
+
+def _made(
+    title: str, cases: list[BoardCase], old: Board | None, parsed: argparse.Namespace, progress: Progress
+) -> int:  # fmt: skip
+    from softmark.interpreter.study.board.cases import subjects_of
+    from softmark.interpreter.study.compare import compare
+
+    subjects, folder = subjects_of(cases), Path(parsed.out)
+    request = _request(parsed, folder, progress)
+    scenes = [s.scene for s in subjects]
+    found = carried_out(lambda: compare(subjects, request), folder, parsed, progress, "board", scenes, "index.html")
+    return found if isinstance(found, int) else _shelve(title, cases, found, old, folder, parsed)
+
+
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> ComparisonRequest:
+    from softmark.interpreter.cli import signals
+    from softmark.interpreter.study.compare import ComparisonRequest
+
+    return ComparisonRequest(
+        folder=folder, plain=True, jobs=parsed.jobs, cluster=parsed.cluster, timeout=parsed.timeout,
+        repeats=parsed.repeats, resume=not parsed.fresh, fresh=parsed.fresh,
+        allow_contaminated=parsed.allow_contaminated, command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say,
+        saying=signals.saying,
+    )  # fmt: skip
+
+
+def _shelve(
+    title: str, cases: list[BoardCase], found: Comparison, old: Board | None, folder: Path, parsed: argparse.Namespace
+) -> int:
+    """Write the site and say what it shows; the exit status."""
+    from softmark.interpreter.report.board.page import page
+    from softmark.interpreter.study.board.against import markdown
+    from softmark.interpreter.study.board.cells import board_of
+
+    board = board_of(title, cases, found.found.points, found.to_json())
+    text = json.dumps(board.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    files = {"board.json": lambda: text, "index.html": lambda: page(board, found.found)}
+    changes = None if old is None else markdown(old, board)
+    if changes is not None:
+        files["against.md"] = lambda: changes
+    sound = shelved(files, text, folder, parsed)
+    if parsed.json != "-":
+        print(all_visible(changes if changes is not None else _told(board, folder)))
+    whole = sound and found.exit_status == 0 and not any(case.reason for case in cases)
+    return 0 if whole else 3
+
+
+def _told(board: Board, folder: Path) -> str:
+    """A line for each case: how many answered, and who did best."""
+    lines = [board.title]
+    for name, card in board.cases.items():
+        cells = board.of(name)
+        right = sum(c.verdict == "met" for c in cells)
+        best = f"{cells[0].model}: {cells[0].error:.2g}" if cells and cells[0].error is not None else card.reason or "-"
+        lines.append(f"  {name:<12}{right:>3} right of {len(cells):<4}{best}")
+    return "\n".join([*lines, f"{folder / 'index.html'}"])
