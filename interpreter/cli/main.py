@@ -27,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "run": ("run", "run a scene and write its report"),
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
+    "import": ("importing", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),

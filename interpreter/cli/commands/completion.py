@@ -12,6 +12,7 @@ OPTIONS = {
     " --allow-contaminated",
     "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
     "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
+    "import": "--out --units --unit --stress --time --material --density",
     "fmt": "--check",
     "new": "--list",
     "explain": "",

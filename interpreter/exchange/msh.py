@@ -1,0 +1,25 @@
+"""Meshes of Gmsh with physical groups: they are read by scenes as they are, what they are made of is not in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from softmark.interpreter.exchange.record import Deck, Part
+from softmark.references.measured import Unreadable
+from softmark.solvers.mesh.files.reading import UnreadableMesh
+from softmark.solvers.mesh.files.reading import read as read_mesh
+
+
+def read(path: Path) -> Deck:
+    """A mesh and its groups. Raises Unreadable."""
+    try:
+        mesh = read_mesh(str(path), 1.0, named=True)
+    except UnreadableMesh as error:
+        raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
+    part = Part(path.stem, np.arange(len(mesh.cells)), None)
+    groups = {name: group.kind for name, group in (mesh.groups or {}).items() if len(group.members)}
+    found = Deck(path.name, mesh.kind, mesh.points, mesh.cells, [part], groups=dict(groups), mesh=path)
+    found.taken.append("a mesh says nothing of strain: `small` is right for small turns alone, `finite` for all")
+    return found
