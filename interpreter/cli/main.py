@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "import": ("importing", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
+    "export": ("export", "write models as files for another program, with an exam sheet"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
@@ -36,7 +37,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
-COMPUTING = frozenset({"run", "judge", "compare", "stress"})  # what loads numpy, scipy and numba
+COMPUTING = frozenset({"run", "judge", "compare", "stress", "export"})  # what loads numpy, scipy and numba
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -12,6 +12,7 @@ OPTIONS = {
     " --allow-contaminated",
     "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
     "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
+    "export": "-p --model --to --out",
     "import": "--out --units --unit --stress --time --material --density",
     "fmt": "--check",
     "new": "--list",
@@ -50,7 +51,8 @@ _dsl() {{
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|judge|compare|stress|fmt) COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
+    check|plan|run|judge|compare|stress|export|fmt)
+      COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
     explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
     list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;
@@ -73,7 +75,8 @@ def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
     lines.append(
-        f"complete -c dsl -F -n '__fish_seen_subcommand_from check plan run compare stress fmt' -a '{' '.join(scenes)}'"
+        "complete -c dsl -F -n '__fish_seen_subcommand_from check plan run judge compare stress export fmt'"
+        f" -a '{' '.join(scenes)}'"
     )
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from list' -a '{' '.join(topics)}'")

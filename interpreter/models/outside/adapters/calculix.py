@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSet
 if TYPE_CHECKING:
     import numpy as np
 
+    from softmark.interpreter.models.outside.decks.named import Named
     from softmark.interpreter.models.outside.problem import Floats, Ints, Problem, Stuff
 else:
     from softmark.solvers.base.deferred import np
@@ -36,6 +37,7 @@ laws: Mapping[str, tuple[str, ...]] = {
 others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
     "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is"
     " `neo_hookean_isochoric`, and not ln J",
+    "ogden": "its *HYPERELASTIC, OGDEN (version 2.20) comes to no equilibrium from rest, where stretches are equal",
     "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has K/2 ((J^2 - 1)/2 - ln J) for the volume",
 }
 
@@ -43,10 +45,11 @@ JOB = "job"
 LOG = "log.txt"  # what it said
 MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
+VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
 LEAST_SPARE = 1e-4  # of 1 - 2 nu: nearer to incompressible it changes D1 by itself, without a word
 PRINTED = 5e-7  # of a number: half of the last of 7 digits
 TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
-_TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {8,}\S[^\n]*)*)", re.M)
+_TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
 _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 
@@ -83,14 +86,14 @@ def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Its input, JOB.inp, in a folder. Raises ValueError for what it cannot take (`refuses`)."""
-    if found := refuses(problem):
-        raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
+    """Its input, JOB.inp, in a folder. Raises ValueError for what it cannot take."""
     (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem), ""]), encoding="ascii")
 
 
-def deck(problem: Problem) -> Iterator[str]:
-    """Its cards, one or several to a line."""
+def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
+    """Its cards, and those of more sets. Raises ValueError for what it cannot take (`refuses`)."""
+    if found := refuses(problem):
+        raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
     yield "** units: mm, Pa, uN (g, mm, s); nodes and elements count from 1"
     yield from nodes(MM * problem.points, 1, "ALL")
     for number, stuff in enumerate(problem.stuff, start=1):
@@ -99,7 +102,7 @@ def deck(problem: Problem) -> Iterator[str]:
         yield f"*MATERIAL, NAME=M{number}"
         yield from law(stuff)
         yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
-    yield from _sets(problem)
+    yield from (*sets, *_sets(problem))
     yield "*RESTART, WRITE, FREQUENCY=1"
     for share in problem.shares:
         yield from _step(problem, share)
@@ -135,17 +138,18 @@ def law(stuff: Stuff) -> list[str]:
     own = stuff.constants
     if stuff.law in ("linear_elastic", "st_venant_kirchhoff"):
         return ["*ELASTIC", f"{number(own['young'])},{number(own['poisson'])}"]
-    word, names = _LAWS[stuff.law]
+    word, shape = _LAWS[stuff.law]
+    terms = shape(own)
     bulk = own["young"] / (3.0 * (1.0 - 2.0 * own["poisson"]))
-    shape = [own[name] for name in names] if names else [own["young"] / (1.0 + own["poisson"]) / 4.0]
-    rest = [2.0 / bulk] + [0.0] * (2 if word == "YEOH" else 0)
-    return [f"*HYPERELASTIC, {word}", ",".join(map(number, shape + rest))]
+    rest = [2.0 / bulk] + [VOID] * (2 if word == "YEOH" else 0)
+    return [f"*HYPERELASTIC, {word}", ",".join(map(number, [*terms, *rest]))]
 
 
-_LAWS: Mapping[str, tuple[str, tuple[str, ...]]] = {  # its word, and our constants in its order; none: C10 = mu/2
-    "neo_hookean_isochoric": ("NEO HOOKE", ()),
-    "mooney_rivlin": ("MOONEY-RIVLIN", ("c1", "c2")),
-    "yeoh": ("YEOH", ("c1", "c2", "c3")),
+# its word, and what it has for the shape
+_LAWS: Mapping[str, tuple[str, Callable[[Mapping[str, float]], list[float]]]] = {
+    "neo_hookean_isochoric": ("NEO HOOKE", lambda own: [own["young"] / (1.0 + own["poisson"]) / 4.0]),
+    "mooney_rivlin": ("MOONEY-RIVLIN", lambda own: [own["c1"], own["c2"]]),
+    "yeoh": ("YEOH", lambda own: [own["c1"], own["c2"], own["c3"]]),
 }
 
 
@@ -179,6 +183,15 @@ def _step(problem: Problem, share: float) -> Iterator[str]:
     yield from ("*NODE FILE, FREQUENCY=99999", "U", "*END STEP")
 
 
+def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+    """The same deck, with sets of nodes and elements that have the names of the scene."""
+    known = [("NSET", "S", named.supports), ("ELSET", "P", named.parts)]
+    sets = [line for kind, letter, each in known for i, (name, own) in enumerate(each.items(), start=1)
+            for line in chosen(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)]  # fmt: skip
+    (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem, sets), ""]), encoding="ascii")
+    return [f"{JOB}.inp"]
+
+
 # ------------------------------------------------------------------ running and reading
 
 
@@ -191,21 +204,24 @@ def read(folder: Path) -> Answer:
     """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
     log = _text(folder / LOG) if (folder / LOG).exists() else ""
     said = "; ".join(dict.fromkeys(" ".join(own.split()) for own, _ in _TROUBLE.findall(log)))
-    asked = len(re.findall(r"^\*STEP", _text(folder / f"{JOB}.inp"), re.M))
+    told = _text(folder / f"{JOB}.inp")
+    asked, count = len(re.findall(r"^\*STEP", told, re.M)), told.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
     printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
     if reached < asked * (1.0 - 1e-9):
         why = f"it came to {max(0.0, reached - asked + 1):.3g} of the load of the last state that it began"
         raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
-    if len(printed) != asked or len({len(own) for own in printed}) != 1:
+    if len(printed) != asked:
         raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
+    if short := [len(own) for own in printed if len(own) != count]:
+        raise NoAnswer(f"it printed displacements of {short[0]} nodes, of {count}")
     whole = _doubles(folder / f"{JOB}.rout", printed)
     rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
     u = np.array(whole)
     if not np.isfinite(u).all():
         raise NoAnswer("some of its displacements are no finite numbers")
-    told = _TIME.search(log)
-    clocks = {"whole_s": float(told[1])} if told else {}
+    spent = _TIME.search(log)
+    clocks = {"whole_s": float(spent[1])} if spent else {}
     return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
 
 

@@ -1,0 +1,52 @@
+"""`dsl export`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.options import folder, scene_options
+from softmark.interpreter.cli.commands.scenes import errors, load, show
+from softmark.interpreter.models.outside.decks import FORMATS
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE --to FORMAT [--out DIR] [-p NAME=VALUE]... [--model NAME]..."""
+    scene_options(parser)
+    parser.add_argument("--to", required=True, choices=tuple(FORMATS), help="; ".join(f"{n}: {own[1]}" for n, own in
+                        FORMATS.items()))  # fmt: skip
+    parser.add_argument("--out", metavar="DIR", type=folder, help="where to (default: SCENE-FORMAT)")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Write models as files for another program, with an exam sheet; nothing is solved but references."""
+    scene, found = load(parsed.file, parsed.overrides, parsed.model)
+    show(errors(found))
+    if scene is None or errors(found):
+        return 2
+    from softmark.interpreter.front.requests import unknown_models
+    from softmark.interpreter.language.scene import SceneError
+
+    if problems := unknown_models(scene, tuple(parsed.model)):
+        show(problems)
+        return 2
+    from softmark.interpreter.report.exam.export import export
+    from softmark.interpreter.run.options import Options
+
+    stem = Path(scene.path).stem if scene.path else "scene"
+    target = Path(parsed.out or f"{stem}-{parsed.to}")
+    try:
+        done = export(scene, parsed.to, parsed.model, target, Options(draw=False))
+    except SceneError as error:
+        show(error.diagnostics)
+        return 2
+    except OSError as failure:
+        print(visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
+        return 2
+    for file in done.written:
+        print(visible(str(done.folder / file)))
+    for what, why in done.left:
+        print(visible(f"left out: {what}: {why}"), file=sys.stderr)
+    return 0

@@ -1,0 +1,151 @@
+"""Models of a scene as files for another program, a folder each, with the exam sheet and how to sit it.
+
+A model of several states which are parts of one load is one problem with its states in turn; any other has a folder for
+each state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.language.states import in_state, states_of
+from softmark.interpreter.models.outside.decks import form
+from softmark.interpreter.models.outside.decks.named import Named, named_of
+from softmark.interpreter.models.outside.problem import Problem, Stuff
+from softmark.interpreter.models.outside.telling import Reason, Untold, reasons, told
+from softmark.interpreter.models.prepare import Measurements, prepared_model
+from softmark.interpreter.models.shared.prepared import Workshop
+from softmark.interpreter.problem.case import Fault, case_for
+from softmark.interpreter.report.exam import readme, sheet
+from softmark.interpreter.results import files
+from softmark.interpreter.run.options import Options
+from softmark.records import dataclass
+
+SAME = 1e-12  # of the last: how much of a state's loads and motions may be no part of those
+
+Told = list[tuple[Problem, Named]]
+
+
+@dataclass(frozen=True)
+class Exported:
+    """Where it was written, what (files, from there), and what was left out, with the reason."""
+
+    folder: Path
+    written: tuple[str, ...]
+    left: tuple[Reason, ...]
+
+
+def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Options) -> Exported:
+    """The models of a scene, or `only` some, as files of the format `to`, and the exam sheet.
+
+    Raises SceneError for what cannot be built, and where one of `only`, or none of all, has words in the format;
+    OSError where the folder cannot be written.
+    """
+    ready, refused = _ready(scene, to, list(only) or list(scene.of_kind("model")), options)
+    if (refused and only) or not ready:
+        each = [_error(scene.declared[name], to, why) for name, why in refused.items()]
+        raise SceneError(each or [_nothing(scene, to)])
+    found = sheet.sheet(scene, options)
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[str] = []
+    found["models"] = {name: _kept(name, each, to, folder, written) for name, each in ready.items()}
+    left = [(f"model `{name}`, {what}", why) for name, own in refused.items() for what, why in dict.fromkeys(own)]
+    found["left"] += [{"what": what, "why": why} for what, why in left]
+    sheet.write(found, folder)
+    files.replace(folder / readme.FILE, readme.text(found, to))
+    whole = tuple((own["what"], own["why"]) for own in found["left"])
+    return Exported(folder, (*written, sheet.FILE, readme.FILE), whole)
+
+
+def _ready(
+    scene: Scene, to: str, names: Sequence[str], options: Options
+) -> tuple[dict[str, Told], dict[str, list[Reason]]]:
+    """What is told of models, and of others why they cannot be. Raises SceneError for what cannot be built."""
+    ready, refused, faults = dict[str, Told](), dict[str, list[Reason]](), list[Diagnostic]()
+    workshop = Workshop(scene=scene, measured=Measurements(scene))
+    for name in names:
+        options.say("export", name)
+        try:
+            ready[name] = _told(scene, name, to, workshop)
+        except Untold as untold:
+            refused[name] = untold.reasons
+        except Fault as fault:
+            faults.append(fault.diagnostic)
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
+    return ready, refused
+
+
+def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
+    """The problems of a model: one, or one for each state. Raises Untold, Fault."""
+    each = []
+    for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
+        declared = own.declared[name]
+        case = case_for(own, declared)
+        if found := reasons(declared.thing, case):  # before anything is built
+            raise Untold(found)
+        prepared: Any = prepared_model(declared, case, workshop)[0]
+        each.append((told(prepared, case), named_of(prepared, case)))
+    if found := form(to).refuses(each[-1][0]):
+        raise Untold(found)
+    shares = _shares([problem for problem, _ in each])
+    return each if shares is None else [(replace(each[-1][0], shares=shares), each[-1][1])]
+
+
+def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:
+    """Which parts of the last the loads and motions of each are; None where they are none."""
+    each = [np.concatenate([own.forces.ravel(), own.values]) for own in problems]
+    last = max(float(each[-1] @ each[-1]), np.finfo(float).tiny)
+    if any(len(own) != len(each[-1]) for own in each):
+        return None
+    found = [float(own @ each[-1]) / last for own in each[:-1]]
+    parts = (np.linalg.norm(own - s * each[-1]) <= SAME * last**0.5 for own, s in zip(each[:-1], found, strict=True))
+    return (*found, 1.0) if all(parts) else None
+
+
+def _kept(name: str, each: Told, to: str, folder: Path, written: list[str]) -> dict[str, Any]:
+    """Write a model; what the sheet says of it."""
+    own: list[str] = []
+    for number, (problem, named) in enumerate(each, start=1):
+        place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"
+        (folder / place).mkdir(parents=True, exist_ok=True)
+        own += [(place / file).as_posix() for file in form(to).export(problem, named, folder / place)]
+    written += own
+    problem, named = each[-1]
+    return {
+        "files": own,
+        "element": problem.element,
+        "strain": problem.strain,
+        "nodes": len(problem.points),
+        "cells": len(problem.cells),
+        "shares": list(problem.shares),
+        "materials": {part: _made_of(stuff) for part, stuff in zip(named.parts, problem.stuff, strict=True)},
+    }
+
+
+def _made_of(stuff: Stuff) -> Mapping[str, Any]:
+    return {"law": stuff.law, **stuff.constants, **stuff.choices, "density": stuff.density}
+
+
+def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
+    listed = "; ".join(dict.fromkeys(f"{what} ({reason})" for what, reason in why))
+    return diagnostic(
+        "E720",
+        declared.at(),
+        f"`{declared.name}` cannot be exported to {to}: {listed}",
+        "has no words there",
+        "give `--model` the name of a `fem(...)` model of small strain, or of a law that the other program has",
+    )
+
+
+def _nothing(scene: Scene, to: str) -> Diagnostic:
+    help = "declare one: `model bricks = fem(hex8, strain = small, size = 5 mm)`"
+    return Diagnostic("E720", f"`{scene.title}` has no model to export to {to}", scene.source, None, help=help)

@@ -1,0 +1,44 @@
+"""How to sit an exam: a page of text beside the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.outside.decks import FORMATS
+
+FILE = "README.txt"
+
+
+def text(sheet: Mapping[str, Any], to: str) -> str:
+    """What is here, how it is solved, and how an answer is judged."""
+    scene = sheet["scene"]
+    file = scene["standard"] or Path(scene["file"]).name
+    lines = [
+        visible(scene["title"]),
+        "",
+        f"Exported by softmark {sheet['softmark']} to {to}: {FORMATS[to][1]}.",
+        "exam.json has the points where an answer is looked at, what is known there, with its uncertainty, and what",
+        "the scene asks and expects of it. It is in SI; a deck may have units of its own, which it names.",
+        "",
+        *(_model(name, own) for name, own in sheet["models"].items()),
+        "",
+        "Forces are those on nodes of the undeformed body, and keep their size and direction. What is held, and by how",
+        "much it is moved, is told of nodes.",
+        "",
+        "To have an answer judged as one more model of the scene, with the displacements of a file of results (VTU,",
+        "PVD, VTK, XDMF, .frd, CSV):",
+        "",
+        f"    dsl judge {file} RESULT --as NAME",
+        *(["", "What is not here, and why:"] if sheet["left"] else []),
+        *(f"- {own['what']}: {own['why']}" for own in sheet["left"]),
+    ]
+    return "\n".join([*lines, ""])
+
+
+def _model(name: str, own: Mapping[str, Any]) -> str:
+    """`linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
+    parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} parts of the load in turn"
+    return f"{name}: {', '.join(own['files'])} ({own['element']}, {own['strain']} strain, {own['nodes']} nodes{parts})"
