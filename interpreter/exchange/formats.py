@@ -11,8 +11,8 @@ from softmark.interpreter.exchange.record import Deck
 from softmark.references.measured import Unreadable
 from softmark.references.rationing import rationed, reason_of
 
-READERS = {".inp": "inp", ".msh": "msh"}
-TITLES = "CalculiX and Abaqus (.inp), Gmsh (.msh)"
+READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
+TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
 
 
 def read(path: Path) -> Deck:

@@ -252,7 +252,7 @@ class _Reader:
 
     def _parts(self, found: Deck, index: dict[int, int]) -> Iterator[Part]:
         owner = np.full(len(found.cells), -1)
-        named = []
+        named: list[tuple[str, Law | None]] = []
         for card, elset, material in self.sections:
             which = [index[n] for n in self.elsets.numbers(elset, card) if n in index]
             if not which:

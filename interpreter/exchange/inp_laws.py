@@ -42,7 +42,7 @@ def law(told: Told, left: list[Left]) -> Law | None:
         elif card.keyword == "HYPERELASTIC":
             found = _hyperelastic(card)
         elif card.keyword in NEUTRAL:
-            left.append(Left(f"*{card.keyword} of `{told.name}`", "it does nothing at rest", card.line))
+            left.append(Left(f"*{card.keyword} of `{told.name}`", "it does nothing without heat and time", card.line))
         else:
             found = "no law here has it"
         if isinstance(found, str):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.exchange.record import Deck, Part
+from softmark.interpreter.exchange.record import Deck, Left, Part
 from softmark.references.measured import Unreadable
 from softmark.solvers.mesh.files.reading import UnreadableMesh
 from softmark.solvers.mesh.files.reading import read as read_mesh
@@ -19,7 +19,10 @@ def read(path: Path) -> Deck:
     except UnreadableMesh as error:
         raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
     part = Part(path.stem, np.arange(len(mesh.cells)), None)
-    groups = {name: group.kind for name, group in (mesh.groups or {}).items() if len(group.members)}
-    found = Deck(path.name, mesh.kind, mesh.points, mesh.cells, [part], groups=dict(groups), mesh=path)
-    found.taken.append("a mesh says nothing of strain: `small` is right for small turns alone, `finite` for all")
+    found = Deck(path.name, mesh.kind, mesh.points, mesh.cells, [part], static=False, mesh=path)
+    for name, group in (mesh.groups or {}).items():
+        if group.kind == "faces" and (group.inside or group.foreign or not len(group.members)):
+            found.left.append(Left(f"the group `{name}`", f"{group.described}: not faces of the surface alone"))
+        elif len(group.members):
+            found.groups.append(name)
     return found

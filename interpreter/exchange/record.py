@@ -97,8 +97,9 @@ class Deck:
     forces: list[AtNodes] = field(default_factory=list)
     weights: list[Vector] = field(default_factory=list)  # accelerations
     strain: str = "small"
+    formulation: str | None = None
     static: bool = True
-    groups: dict[str, str] = field(default_factory=dict)  # of `mesh`: its names, each `cells` or `faces`
+    groups: list[str] = field(default_factory=list)  # of `mesh`, by its names
     mesh: Path | None = None
     left: list[Left] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise

@@ -119,9 +119,18 @@ class _Writer:
         yield ""
         yield from self._acting()
         yield ""
+        yield from self._model()
+
+    def _model(self) -> Iterator[str]:
+        deck = self.deck
+        if not deck.holds:
+            yield from _comment("Nothing in the file holds the body: declare supports and loads, an analysis, and a "
+                                f"model such as `fem({deck.kind}, strain = finite)`.")  # fmt: skip
+            return
         if deck.static:
             yield "analysis rest = static()"
-        yield f"model fe = fem({deck.kind}, strain = {deck.strain})"
+        kept = f", formulation = {deck.formulation}" if deck.formulation else ""
+        yield f"model fe = fem({deck.kind}, strain = {deck.strain}{kept})"
 
     def _acting(self) -> Iterator[str]:
         deck = self.deck
@@ -139,7 +148,7 @@ class _Writer:
             if size > 0.0:
                 told = self.units.of_acceleration(size)
                 yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
-                       f"{_vector([v / size for v in vector])})")  # fmt: skip
+                       f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
 
     def _law(self, law: Law | None, part: str, cells: int) -> str:
         if law is None:

@@ -96,8 +96,8 @@ def told(system: str | None, length: str | None, stress: str | None, time: str |
         if system not in SYSTEMS:
             raise Unasked(f"`{system}` is no system of units that is known", "known are " + ", ".join(SYSTEMS))
         whole = SYSTEMS[system]
-        of = [One(f"1 {text}", parse(text).factor) for text in whole]
-        return Units(*of, system)
+        m, pa, s = (One(f"1 {text}", parse(text).factor) for text in whole)
+        return Units(m, pa, s, system)
     if length is None:
         raise Unasked("a file does not say in which units its numbers are, and none are guessed",
                       "say what one unit of its lengths is, `--unit 1mm`, and of its stresses, `--stress 1MPa`; or "

@@ -25,8 +25,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--unit", metavar="LENGTH", help="one unit of the file's lengths, such as 1mm")
     parser.add_argument("--stress", metavar="STRESS", help="one unit of its stresses, such as 1MPa")
     parser.add_argument("--time", metavar="TIME", help="one unit of its times, such as 1s")
-    parser.add_argument("--material", metavar="LAW", help="what cells are made of that the file has no law for, as "
-                        "a scene says it: 'linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)'")  # fmt: skip
+    parser.add_argument("--material", metavar="LAW", help="what cells are made of that have no law there, as scenes "
+                        "say it: 'neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)'")  # fmt: skip
     parser.add_argument("--density", metavar="DENSITY", help="of materials that have none there, such as 1000kg/m^3")
 
 
