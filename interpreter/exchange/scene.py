@@ -203,7 +203,7 @@ class _Writer:
     def _place(self, node: int) -> str:
         """A ball around a node that holds no other."""
         x, y, z = self.deck.points[node].tolist()
-        r = self._near() * 1.0
+        r = self._near()
         unit = self.units.of_length
         apart = " + ".join(f"({axis} - {unit(v)})^2" if v >= 0 else f"({axis} + {unit(-v)})^2" for axis, v in
                            zip("xyz", (x, y, z), strict=True))  # fmt: skip
@@ -212,7 +212,8 @@ class _Writer:
     def _near(self) -> float:
         corners = self.deck.points[self.deck.cells]
         gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)
-        return float(f"{NEAR * float(gaps[gaps > 0.0].min(initial=1.0)):.1e}")
+        known = gaps[(gaps > 0.0) & np.isfinite(gaps)]
+        return float(f"{NEAR * float(known.min()):.1e}") if len(known) else NEAR
 
     def _push(self, push: OnFaces) -> Iterator[str]:
         region = self.name("at", push.name)
