@@ -6,6 +6,7 @@ A card is a line `*KEYWORD, OPTION=VALUE` and the lines of data below it.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from softmark.interpreter.models.results.readers.trees import within
 from softmark.references.measured import Unreadable
 
 DEEP = 10  # files that include each other
+_WHOLE = re.compile(r"[+-]?[0-9]{1,12}")
 AGAIN = "write the deck again: it may be cut off"
 
 
@@ -78,7 +80,7 @@ def _option(word: str) -> tuple[str, str]:
 
 def whole(word: str, card: Card) -> int:
     """A whole number. Raises Unreadable."""
-    if not word.lstrip("-").isascii() or not word.lstrip("-").isdigit() or len(word) > 12:
+    if _WHOLE.fullmatch(word) is None:
         raise Unreadable(f"{card.file}:{card.line}", f"`{word[:40]}` is no whole number", AGAIN)
     return int(word)
 

@@ -11,6 +11,7 @@ from softmark.interpreter.exchange.record import Deck
 from softmark.references.measured import Unreadable
 from softmark.references.rationing import rationed, reason_of
 
+AGAIN = "write the file again"
 READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
 TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
 
@@ -27,5 +28,7 @@ def read(path: Path) -> Deck:
         with rationed(path), np.errstate(all="ignore"):
             found: Deck = own.read(path)
     except (MemoryError, OSError, RecursionError) as error:
-        raise Unreadable(path.name, reason_of(error), "write the file again") from None
+        raise Unreadable(path.name, reason_of(error), AGAIN) from None
+    except (ValueError, LookupError, ArithmeticError) as error:  # what no reader has thought of is no scene either
+        raise Unreadable(path.name, f"its words do not fit together ({reason_of(error)})", AGAIN) from error
     return found

@@ -20,7 +20,7 @@ from softmark.interpreter.models.results.readers.trees import ElementT, parsed
 
 KINDS = {"TETRAHEDRON": ("tet4", 4), "HEXAHEDRON": ("hex8", 8)}
 STRAINS = {"SMALL": "small", "LARGE": "corotational", "POLAR": "corotational"}
-LIMIT = 10_000_000  # numbers of a list
+LIMIT = 1_000_000  # numbers of a list
 
 
 def read(path: Path) -> Deck:

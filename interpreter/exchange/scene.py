@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from softmark.grammar.diagnostic import Source, visible
+from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
 from softmark.interpreter.exchange.faces import Sides
@@ -54,7 +55,7 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     mesh = None
     if deck.mesh is None:
         mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
-    left = tuple(deck.left)
+    left = tuple(dict.fromkeys(deck.left))
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
     return Written(format_source(Source(deck.title, text)), mesh, left)
 
@@ -123,12 +124,12 @@ class _Writer:
 
     def _model(self) -> Iterator[str]:
         deck = self.deck
-        if not deck.holds:
-            yield from _comment("Nothing in the file holds the body: declare supports and loads, an analysis, and a "
-                                f"model such as `fem({deck.kind}, strain = finite)`.")  # fmt: skip
+        if not deck.holds or not deck.static:
+            lacks = "holds the body" if not deck.holds else "is an analysis at rest"
+            yield from _comment(f"Nothing that was carried over {lacks}: declare what is missing, an analysis, and a "
+                                f"model such as `fem({deck.kind}, strain = {deck.strain})`.")  # fmt: skip
             return
-        if deck.static:
-            yield "analysis rest = static()"
+        yield "analysis rest = static()"
         kept = f", formulation = {deck.formulation}" if deck.formulation else ""
         yield f"model fe = fem({deck.kind}, strain = {deck.strain}{kept})"
 
@@ -156,7 +157,7 @@ class _Writer:
                 raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{self._why()}",
                               "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
-            return self.filled.material
+            return _constructor(self.filled.material)
         fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
         fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
         if law.density is not None:
@@ -239,6 +240,15 @@ class _Writer:
             for node in force.nodes.tolist():
                 at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
+
+
+def _constructor(told: str) -> str:
+    """What somebody has written for a material. Raises Wanting."""
+    tree, problems = parse(Source("--material", f"material told = {told}\n"))
+    if problems or len(tree.declarations) != 1 or "\n" in told:
+        raise Wanting(f"`{told}` is no material as a scene writes it",
+                      "such as `--material 'neo_hookean(young = 6 kPa, poisson = 0.3, density = 1 g/cm^3)'`")  # fmt: skip
+    return told
 
 
 def _axes(components: tuple[int, ...]) -> str:

@@ -6,6 +6,7 @@ length squared. To add a system: a line in SYSTEMS.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -59,16 +60,16 @@ class Units:
 
     def of_force(self, value: float) -> float:
         """In N. Raises Unasked."""
-        return value * self._stress("forces").factor * self.length.factor**2
+        return _sized(value * self._stress("forces").factor * self.length.factor**2)
 
     def of_density(self, value: float) -> str:
         """As a scene has it. Raises Unasked."""
         whole = self._stress("densities").factor * (self._time("densities") / self.length.factor) ** 2
-        return f"{value * whole!r} kg/m^3"
+        return f"{_sized(value * whole)!r} kg/m^3"
 
     def of_acceleration(self, value: float) -> float:
         """In m/s^2. Raises Unasked."""
-        return value * self.length.factor / self._time("accelerations") ** 2
+        return _sized(value * self.length.factor / self._time("accelerations") ** 2)
 
     def _stress(self, of: str) -> One:
         if self.stress is None:
@@ -83,7 +84,14 @@ class Units:
         return self.time.factor
 
 
+def _sized(value: float) -> float:
+    if not math.isfinite(value):
+        raise Unasked("a number of the file is beyond all sizes in these units", "say the units that the file has")
+    return value
+
+
 def _written(value: float, one: One) -> str:
+    _sized(value * one.factor)
     number, unit = one.text.split(" ")
     return f"{value!r} {unit}" if number == "1" else f"{value!r} * {one.text}"
 

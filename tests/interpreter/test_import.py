@@ -338,6 +338,30 @@ def on_groups(text: str, own: str) -> str:
 
 # ------------------------------------------------------------------ hostile files
 
+HOSTILE = [
+    ("1, 4, 5, 8\n", "--5, 1\n"),
+    ("*NSET, NSET=WALL\n1, 4, 5, 8", "*NSET, NSET=WALL, GENERATE\n5"),
+    ("*NSET, NSET=WALL\n1, 4, 5, 8", "*NSET, NSET=WALL, GENERATE\n1, 999999999999, 1"),
+    ("1, 4, 5, 8\n", "WALL\n"),
+    ("1, 4, 5, 8\n", "S0, S0\n" + "".join(f"*NSET, NSET=S{i}\nS{i + 1}, S{i + 1}\n" for i in range(49))),
+    ("7.8E-9", "1e305"),
+    ("7.8E-9", "1_0"),
+    ("*HEADING", "*HEADING\0"),
+    ("12, 20., 10., 10.", "12, 20., nan, 10."),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), HOSTILE, ids=[str(i) for i in range(len(HOSTILE))])
+def test_decks_that_would_break_a_reader(old: str, new: str, tmp_path: Path) -> None:
+    with pytest.raises((Unreadable, Unasked)):
+        text_of(deck(tmp_path, (old, new)))
+
+
+@pytest.mark.parametrize("told", ["gel(", "gel\nload a = gravity(1 m/s^2)", "", "a b"])
+def test_a_material_that_is_none(told: str, tmp_path: Path) -> None:
+    with pytest.raises(Wanting, match="no material"):
+        text_of(deck(tmp_path, ("*ELASTIC\n210000., 0.3", "")), Filled(told))
+
 
 def mutated(data: bytes, chance: random.Random) -> bytes:
     """Cut, doubled, with bytes, words or lines of its own in other places, or numbers that are none."""
