@@ -37,7 +37,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
-COMPUTING = frozenset({"run", "judge", "compare", "stress", "export"})  # what loads numpy, scipy and numba
+COMPUTING = frozenset({"run", "judge", "compare", "stress", "export", "import"})  # what loads numpy, scipy and numba
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -246,8 +246,8 @@ def _constructor(told: str) -> str:
     """What somebody has written for a material. Raises Wanting."""
     tree, problems = parse(Source("--material", f"material told = {told}\n"))
     if problems or len(tree.declarations) != 1 or "\n" in told:
-        raise Wanting(f"`{told}` is no material as a scene writes it",
-                      "such as `--material 'neo_hookean(young = 6 kPa, poisson = 0.3, density = 1 g/cm^3)'`")  # fmt: skip
+        example = "`--material 'neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)'`"
+        raise Wanting(f"`{told}` is no material as a scene writes it", f"such as {example}")
     return told
 
 

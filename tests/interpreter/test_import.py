@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -334,6 +336,40 @@ def on_groups(text: str, own: str) -> str:
         elif name or line.startswith(("analysis", "model")):
             lines.append(line.replace(", size = 10 mm", ""))
     return text.replace('"half")', '"half", material = hard)') + "\n".join(lines) + "\n"
+
+
+CORNERS_OF = """
+probe near = point(body, at = (20, 10, 10) mm)
+probe far  = point(body, at = (20, 0, 0) mm)
+probe mid  = point(body, at = (10, 10, 10) mm)
+"""
+NODES = {"near": 12, "far": 9, "mid": 7}
+FINE = "*STEP, NLGEOM, INC=1000\n*STATIC\n0.1, 1.\n*CONTROLS, PARAMETERS=FIELD\n1e-11, 1e-10\n"
+SOFT = [("*STEP\n*STATIC\n", FINE), ("BAR, P2, 0.25", "BAR, P2, 0.3"), ("9810.", "4e6")]
+DECKS = {  # as it is; and at large strain, where a pressure turns with its face
+    "small": [],
+    "st_venant_kirchhoff": [*SOFT, ("210000., 0.3", "15., 0.3")],
+    "neo_hookean_isochoric": [*SOFT, ("*ELASTIC\n210000., 0.3", "*HYPERELASTIC, NEO HOOKE\n3., 0.2")],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", DECKS.values(), ids=DECKS)
+def test_calculix_finds_what_the_scene_of_its_deck_does(changes: list[tuple[str, str]], tmp_path: Path) -> None:
+    """To 2e-6 of the greatest: it prints 7 digits, and stops at large strain where corrections are 1e-6."""
+    if shutil.which("ccx") is None:
+        pytest.skip("needs CalculiX")
+    path = deck(tmp_path, *changes, ("*NODE FILE", "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*NODE FILE"))
+    subprocess.run(["ccx", "-i", "deck"], cwd=tmp_path, check=True, capture_output=True, timeout=120)
+    block = (tmp_path / "deck.dat").read_text().split("displacements")[-1].splitlines()[1:]
+    theirs = np.array([line.split() for line in block if line.strip()], dtype=np.float64)[:, 1:]
+    made = tmp_path / "made.scene"
+    assert main(["import", str(path), "--units", "mm-t-s", "--out", str(made)]) == 0
+    made.write_text(made.read_text() + CORNERS_OF)
+    assert main(["run", str(made), "--json", str(tmp_path / "made.json")]) == 0
+    probes = json.loads((tmp_path / "made.json").read_text())["models"]["fe"]["probes"]
+    ours = np.array([probes[name]["displacement"][0] for name in NODES]) * 1e3  # mm
+    assert np.abs(ours - theirs[[n - 1 for n in NODES.values()]]).max() < 2e-6 * np.abs(theirs).max()
 
 
 # ------------------------------------------------------------------ hostile files
