@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import textwrap
 import time
@@ -73,7 +74,11 @@ def test_what_floods_its_log_is_cut_and_stopped(tmp_path: Path) -> None:
     [
         ("import sys\nprint('no good')\nsys.exit(3)", "it ended with exit status 3"),
         ("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)", "it was ended by a signal (SIGSEGV)"),
-        ("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)", "it was ended by a signal (SIGKILL)"),
+        pytest.param(
+            "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)",
+            "it was ended by a signal (SIGKILL)",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_dies_says_how(tmp_path: Path, program: str, why: str) -> None:
@@ -105,7 +110,9 @@ CHILDREN = """
 """
 
 
-@pytest.mark.parametrize(("then", "how"), [("print('bye')", "done"), ("time.sleep(60)", "timed_out")])
+@pytest.mark.parametrize(
+    ("then", "how"), [("time.sleep(60)", "timed_out"), pytest.param("print('bye')", "done", marks=pytest.mark.slow)]
+)
 def test_children_are_not_left_behind(tmp_path: Path, then: str, how: str) -> None:
     """One in its group, and one that went out of it."""
     end = ended(tmp_path, CHILDREN.format(then=then), 2.0 if how == "done" else 0.5)
@@ -124,6 +131,25 @@ def test_what_is_busy_without_us_ends_by_itself(tmp_path: Path) -> None:
         print(resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_CORE))
     """, 0.5)  # fmt: skip
     assert end.last == ("(2, 2) (0, 0)",)
+
+
+@pytest.mark.slow
+def test_it_goes_where_we_go(tmp_path: Path) -> None:
+    """We are killed, as a worker is that takes too long: nothing of ours is left to look at a clock."""
+    (tmp_path / "program.py").write_text("import os, time\nopen('pid', 'w').write(str(os.getpid()))\ntime.sleep(60)")
+    ours = f"""
+        from pathlib import Path
+        from softmark.interpreter.models.outside.running import run
+        run([{sys.executable!r}, "-I", "-S", "program.py"], Path({str(tmp_path)!r}), 60.0, 1e9)
+    """
+    worker = subprocess.Popen([sys.executable, "-c", textwrap.dedent(ours)])
+    for _ in range(500):
+        if (tmp_path / "pid").exists() and (tmp_path / "pid").read_text():
+            break
+        time.sleep(0.02)
+    worker.kill()
+    worker.wait()
+    assert gone(int((tmp_path / "pid").read_text()))
 
 
 @pytest.mark.slow
