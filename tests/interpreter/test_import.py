@@ -345,18 +345,23 @@ probe mid  = point(body, at = (10, 10, 10) mm)
 """
 NODES = {"near": 12, "far": 9, "mid": 7}
 FINE = "*STEP, NLGEOM, INC=1000\n*STATIC\n0.1, 1.\n*CONTROLS, PARAMETERS=FIELD\n1e-11, 1e-10\n"
-SOFT = [("*STEP\n*STATIC\n", FINE), ("BAR, P2, 0.25", "BAR, P2, 0.3"), ("9810.", "4e6")]
-DECKS = {  # as it is; and at large strain, where a pressure turns with its face
-    "small": [],
-    "st_venant_kirchhoff": [*SOFT, ("210000., 0.3", "15., 0.3")],
-    "neo_hookean_isochoric": [*SOFT, ("*ELASTIC\n210000., 0.3", "*HYPERELASTIC, NEO HOOKE\n3., 0.2")],
+SOFT = [("*STEP\n*STATIC\n", FINE), ("BAR, P2, 0.25\n", ""), ("9810.", "4e6")]
+TURNING = [SOFT[0], ("9810.", "4e6")]
+RUBBER = ("*ELASTIC\n210000., 0.3", "*HYPERELASTIC, NEO HOOKE\n3., 0.2")
+DECKS: dict[str, tuple[list[tuple[str, str]], float]] = {  # relative to the greatest: CalculiX prints 7 digits
+    "small": ([], 2e-7),
+    "st_venant_kirchhoff": ([*SOFT, ("210000., 0.3", "15., 0.3")], 2e-6),
+    "neo_hookean_isochoric": ([*SOFT, RUBBER], 2e-6),
+    # where a pressure turns with its face CalculiX's answer depends on its increments: of 0.1 it is 1e-5 from where it
+    # goes to, and of 0.01 at 2e-6
+    "pressure": ([*TURNING, RUBBER], 2e-5),
 }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", DECKS.values(), ids=DECKS)
-def test_calculix_finds_what_the_scene_of_its_deck_does(changes: list[tuple[str, str]], tmp_path: Path) -> None:
-    """To 2e-6 of the greatest: it prints 7 digits, and stops at large strain where corrections are 1e-6."""
+@pytest.mark.parametrize("name", DECKS)
+def test_calculix_finds_what_the_scene_of_its_deck_does(name: str, tmp_path: Path) -> None:
+    changes, within = DECKS[name]
     if shutil.which("ccx") is None:
         pytest.skip("needs CalculiX")
     path = deck(tmp_path, *changes, ("*NODE FILE", "*NODE PRINT, NSET=NALL, FREQUENCY=1000\nU\n*NODE FILE"))
@@ -369,7 +374,7 @@ def test_calculix_finds_what_the_scene_of_its_deck_does(changes: list[tuple[str,
     assert main(["run", str(made), "--json", str(tmp_path / "made.json")]) == 0
     probes = json.loads((tmp_path / "made.json").read_text())["models"]["fe"]["probes"]
     ours = np.array([probes[name]["displacement"][0] for name in NODES]) * 1e3  # mm
-    assert np.abs(ours - theirs[[n - 1 for n in NODES.values()]]).max() < 2e-6 * np.abs(theirs).max()
+    assert np.abs(ours - theirs[[n - 1 for n in NODES.values()]]).max() < within * np.abs(theirs).max()
 
 
 # ------------------------------------------------------------------ hostile files
