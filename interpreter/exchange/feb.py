@@ -13,14 +13,26 @@ import numpy as np
 
 from softmark.interpreter.exchange.faces import Sides
 from softmark.interpreter.exchange.loads_of import together
-from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
+from softmark.interpreter.exchange.record import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part, Vector
 from softmark.interpreter.exchange.xml_words import Words, child
 from softmark.interpreter.models.results.readers.trees import ElementT, parsed
 
 KINDS = {"tet4": ("tet4", 4), "tet10": ("tet10", 10), "hex8": ("hex8", 8), "hex20": ("hex20", 20)}
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
 VERSIONS = ("3.0", "4.0")
-ROOM = ("Module", "Globals", "Control", "Material", "Mesh", "MeshDomains", "Boundary", "Loads", "LoadData", "Output")
+ROOM = (
+    "Module",
+    "Globals",
+    "Control",
+    "Material",
+    "Mesh",
+    "MeshDomains",
+    "Boundary",
+    "Loads",
+    "LoadData",
+    "MeshData",
+    "Output",
+)
 INSIDE = frozenset({"x_dof", "y_dof", "z_dof", "dofs", "dof", "scale", "value", "relative"})
 LAWS = {  # its type: our word, constants by its names, and choices
     "neo-Hookean": ("neo_hookean", {"E": "young"}, {"v": "poisson"}, {}),
@@ -185,8 +197,26 @@ class _Reader:
         for own in () if mesh is None else mesh.findall("NodeSet"):
             if own.get("name") == name:
                 listed = [self.words.whole(n.get("id")) for n in own] if len(own) else self.words.wholes(own.text)
-                return np.unique(self._nodes_of(np.array(listed, dtype=np.int64)))
+                return self._nodes_of(np.array(listed, dtype=np.int64))
         return None
+
+    def _map(self, node: ElementT | None, node_set: str) -> Floats | None:
+        """Numbers (k, c) of the nodes of a set at the end, of a value that is a map; None where it is none."""
+        if node is None or node.get("type") != "map" or set(node.attrib) - {"lc", "type"}:
+            return None
+        factor = 1.0 if node.get("lc") in (None, "0") else self._curve(str(node.get("lc")))
+        data = next((own for own in self._section("MeshData") if own.tag == "NodeData" and own.get("name") ==
+                     (node.text or "").strip() and own.get("node_set") == node_set), None)  # fmt: skip
+        nodes = self._nodes(node_set)
+        if factor is None or data is None or nodes is None or not len(data):
+            return None
+        rows = [self.words.floats(own.text) for own in data]
+        places = [self.words.whole(own.get("lid")) for own in data]
+        if sorted(places) != list(range(1, len(nodes) + 1)) or len({len(row) for row in rows}) != 1:
+            return None
+        found = np.empty((len(nodes), len(rows[0])))
+        found[np.array(places) - 1] = rows
+        return found * factor
 
     def _faces(self, name: str, sides: Sides) -> Ints | None:
         facets = self._facets(name)
@@ -205,9 +235,9 @@ class _Reader:
         """Numbers at the end of the analysis; None where a curve does not say them."""
         if node is None:
             return None
-        values = self.words.floats(node.text)
-        if set(node.attrib) - {"lc", "type"} or node.get("type", "const") not in ("const", "math", "vector"):
+        if set(node.attrib) - {"lc", "type"} or node.get("type", "const") not in ("const", "vector"):
             return None
+        values = self.words.floats(node.text)
         lc = node.get("lc")
         factor = 1.0 if lc in (None, "0") else self._curve(str(lc))
         return None if factor is None else values * factor
@@ -237,19 +267,31 @@ class _Reader:
         for own in self._section("Boundary"):
             what = f"the support `{own.get('name', own.get('type', ''))[:60]}`"
             nodes = self._nodes(own.get("node_set", ""))
-            acts = self._prescribed(own)
+            acts = self._mapped(own) or self._prescribed(own)
             if own.tag != "bc" or nodes is None or acts is None:
                 self._leave(what, "neither held nor moved in x, y or z by a set of nodes and numbers")
                 continue
             if (nodes < 0).any():
                 self._leave(f"{what} on nodes of no cell", "a scene has nodes of cells alone")
-            for component, value in acts.items():
-                for node in nodes[nodes >= 0].tolist():
+            for component, values in acts.items():
+                for node, value in zip(nodes.tolist(), np.broadcast_to(values, len(nodes)).tolist(), strict=True):
+                    if node < 0:
+                        continue
                     if told.setdefault((node, component), value) != value:
                         raise Foreign(f"{what} and another move a node differently", "let one of them hold it")
         found.holds = together(told)
 
-    def _prescribed(self, own: ElementT) -> dict[int, float] | None:
+    def _mapped(self, own: ElementT) -> dict[int, Floats] | None:
+        """What a direction of each node of a set is moved by, where a map says it."""
+        dof = (child(own, "dof") or "").strip()
+        values = self._map(own.find("value"), own.get("node_set", ""))
+        relative = (child(own, "relative") or "0").strip()
+        whole = own.get("type") == "prescribed displacement" and relative == "0" and dof in ("x", "y", "z")
+        if not whole or values is None or values.shape[1] != 1:
+            return None
+        return {"xyz".index(dof): values[:, 0]}
+
+    def _prescribed(self, own: ElementT) -> dict[int, Floats] | dict[int, float] | None:
         """What each direction is moved by."""
         kind = own.get("type", "")
         if any(c.tag not in INSIDE for c in own) or (child(own, "relative") or "0").strip() not in ("0", "false"):
@@ -269,12 +311,28 @@ class _Reader:
 
     def _load(self, own: ElementT, found: Deck, sides: Sides) -> None:
         what = f"the load `{own.get('name', own.get('type', ''))[:60]}`"
-        if own.tag == "surface_load":
+        if own.tag == "nodal_load" and own.get("type") == "nodal_force":
+            self._at_nodes(own, what, found)
+        elif own.tag == "surface_load":
             self._on_surface(own, what, found, sides)
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
-            self._leave(what, "only pressures, dead tractions and body forces are read")
+            self._leave(what, "only pressures, dead tractions, forces at nodes and body forces are read")
+
+    def _at_nodes(self, own: ElementT, what: str, found: Deck) -> None:
+        nodes, node = self._nodes(own.get("node_set", "")), own.find("value")
+        mapped = self._map(node, own.get("node_set", ""))
+        one = self._value(node) if mapped is None and (node is None or node.get("type") != "map") else None
+        rows = mapped if one is None else one[None, :]
+        if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
+            self._leave(what, "its nodes, or its vectors at the end, are not known")
+            return
+        by_vector: dict[Vector, list[int]] = {}
+        for i, (x, y, z) in zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True):
+            if x or y or z:
+                by_vector.setdefault((x, y, z), []).append(i)
+        found.forces += [AtNodes("force", np.array(n, dtype=np.int64), vector) for vector, n in by_vector.items()]
 
     def _on_surface(self, own: ElementT, what: str, found: Deck, sides: Sides) -> None:
         kind, name = own.get("type", ""), own.get("surface", "")
