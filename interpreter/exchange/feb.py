@@ -69,6 +69,8 @@ class _Reader:
         for own in self._section("Loads"):
             self._load(own, found, sides)
         self._formulation(found)
+        if found.kind in ("tet10", "hex20"):
+            found.taken.append(f"{found.kind} is integrated as it is here; FEBio may take other points")
         if next(self._section("LoadData"), None) is not None:
             found.taken.append("what follows a curve has the size that it has at the end of the analysis")
         found.left = self.left

@@ -180,6 +180,8 @@ def test_a_deck_of_febio_at_the_end_of_its_curves() -> None:
     assert found.pushes[0].pressure == 0.0005
     assert found.pushes[0].faces.tolist() == [[0, 1]]
     assert found.weights == [(0.0, 0.0, -4905.0)]  # against the vector, as FEBio has it
+    tugs = {own.nodes.item(): own.force for own in found.forces}  # of nodes 8 and 7, in the set's order
+    assert tugs == {7: (0.0, 0.0, 0.1), 6: (0.0, 0.2, 0.0)}
     assert [own.what for own in found.left] == ["`Contact`"]
 
 
@@ -290,25 +292,31 @@ model fe = fem({element}, strain = {strain}, size = 10 mm)
 SHARED = "density = 1000 kg/m^3)"
 PAIRS = {
     "small": ("linear_elastic(young = 10 kPa, poisson = 0.3, ", "linear_elastic(young = 30 kPa, poisson = 0.2, "),
+    "of febio": ("neo_hookean(young = 10 kPa, poisson = 0.3, ", "st_venant_kirchhoff(young = 30 kPa, poisson = 0.2, "),
     "finite": (
         "neo_hookean_isochoric(young = 10 kPa, poisson = 0.3, ",
         "mooney_rivlin(c1 = 3 kPa, c2 = 1 kPa, poisson = 0.3, ",
     ),
 }
 
+WAYS = [("calculix", "small"), ("calculix", "finite"), ("gmsh", "small"), ("gmsh", "finite"), ("febio", "of febio")]
+TAKEN = {"febio": ("tet4", "hex8")}  # what `dsl export` has for it
+
 
 @pytest.mark.slow
-@pytest.mark.parametrize("to", ["calculix", "gmsh"])
-@pytest.mark.parametrize("strain", PAIRS)
-@pytest.mark.parametrize("element", ["tet4", "tet10", "hex8", "hex20"])
-def test_out_and_in_again_gives_the_same_numbers(element: str, strain: str, to: str, tmp_path: Path) -> None:
-    law, hard = (own + SHARED for own in PAIRS[strain])
+@pytest.mark.parametrize(
+    ("element", "to", "laws"),
+    [(e, *way) for way in WAYS for e in TAKEN.get(way[0], ("tet4", "tet10", "hex8", "hex20"))],
+)
+def test_out_and_in_again_gives_the_same_numbers(element: str, to: str, laws: str, tmp_path: Path) -> None:
+    law, hard = (own + SHARED for own in PAIRS[laws])
+    strain = "small" if laws == "small" else "finite"
     own = BLOCK.format(law=law, hard=hard, element=element, strain=strain)
     (tmp_path / "ours.scene").write_text(own + LOOKED_AT)
     assert main(["export", str(tmp_path / "ours.scene"), "--to", to, "--out", str(tmp_path / "out")]) == 0
     again = tmp_path / "again.scene"
-    if to == "calculix":
-        (path,) = (tmp_path / "out").rglob("*.inp")
+    if to != "gmsh":
+        (path,) = (tmp_path / "out").rglob("*.inp" if to == "calculix" else "*.feb")
         more = ["--units", "mm-g-s", "--density", "1000kg/m^3"]
     else:
         (path,) = (tmp_path / "out").rglob("*.msh")
