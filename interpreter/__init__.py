@@ -12,6 +12,7 @@ evidence    what vouches for an answer: forces found again, stated errors, expec
 run         the pipeline: from a text to its report
 study       many runs: comparisons, and walks to the edges of models
 report      pages, tables, figures, files
+exchange    scenes of other programs' meshes and decks
 face        softmark from Python
 cli         `dsl`
 """

@@ -27,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "run": ("run", "run a scene and write its report"),
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
+    "import": ("importing", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
     "export": ("export", "write models as files for another program, with an exam sheet"),
     "conformance": ("conformance", "put somebody's plugin through the contracts of its words"),
@@ -39,7 +40,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
 COMPUTING = frozenset(
-    {"run", "judge", "compare", "stress", "export", "conformance", "board"}
+    {"run", "judge", "compare", "stress", "export", "conformance", "board", "import"}
 )  # what loads numpy, scipy and numba
 
 

@@ -1,0 +1,91 @@
+"""`dsl import`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, visible
+from softmark.interpreter.cli.commands.scenes import errors, load, show
+
+if TYPE_CHECKING:
+    from softmark.interpreter.exchange.scene import Written
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE [--out FILE.scene] [--units SYSTEM | --unit 1mm --stress 1MPa --time 1s] [--material M] [--density D]"""
+    from softmark.interpreter.exchange.formats import TITLES
+    from softmark.interpreter.exchange.units import SYSTEMS
+
+    parser.add_argument("file", metavar="FILE", help=f"a mesh or a deck: {TITLES}")
+    parser.add_argument("--out", metavar="FILE.scene", help="the scene; its mesh lies beside it (default: FILE's name)")
+    parser.add_argument("--units", metavar="SYSTEM", help=f"units that belong together: {', '.join(SYSTEMS)}")
+    parser.add_argument("--unit", metavar="LENGTH", help="one unit of the file's lengths, such as 1mm")
+    parser.add_argument("--stress", metavar="STRESS", help="one unit of its stresses, such as 1MPa")
+    parser.add_argument("--time", metavar="TIME", help="one unit of its times, such as 1s")
+    parser.add_argument("--material", metavar="LAW", help="what cells are made of that have no law there, as scenes "
+                        "say it: 'neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)'")  # fmt: skip
+    parser.add_argument("--density", metavar="DENSITY", help="of materials that have none there, such as 1000kg/m^3")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Write a scene, and say what it does not have."""
+    path = Path(parsed.file)
+    target = Path(parsed.out or f"{path.stem}.scene")
+    mesh = target.with_name(f"{target.stem}-mesh.inp" if path.suffix.lower() != ".msh" else path.name)
+    try:
+        found = _written(parsed, path, mesh.name)
+    except _Refused as refused:
+        show([refused.diagnostic])
+        return 2
+    try:
+        own = mesh.exists() and mesh.resolve() == path.resolve()
+        if taken := [f for f in (target, mesh) if f.exists() and not (f == mesh and own)]:
+            print(visible(f"error: {taken[0]} is there already; name another scene by --out"), file=sys.stderr)
+            return 2
+        if not own:
+            data = path.read_bytes() if found.mesh is None else found.mesh.encode("ascii")
+            mesh.write_bytes(data)
+        target.write_text(found.scene, encoding="utf-8", newline="\n")
+    except OSError as failure:
+        print(visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
+        return 2
+    for file in (target, mesh):
+        print(visible(str(file)))
+    problems = errors(load(str(target))[1])
+    show([*(_left(path, *own) for own in ((o.what, o.why, o.line) for o in found.left)), *problems])
+    return 2 if problems else 0
+
+
+class _Refused(Exception):
+    def __init__(self, code: str, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.diagnostic = Diagnostic(code, visible(reason), None, None, help=visible(remedy))
+
+
+def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> Written:
+    """Raises _Refused."""
+    from softmark.interpreter.exchange import formats, scene, units
+    from softmark.interpreter.exchange.record import Foreign
+    from softmark.references.measured import Unreadable
+
+    try:
+        told = units.told(parsed.units, parsed.unit, parsed.stress, parsed.time)
+        density = units.one("--density", parsed.density, units.DENSITY).text if parsed.density else None
+        deck = formats.read(path)
+        return scene.written(deck, told, scene.Filled(parsed.material, density), mesh)
+    except Unreadable as error:
+        raise _Refused("E750", f"{error.name}: {error.reason}", error.remedy) from None
+    except units.Unasked as error:
+        raise _Refused("E751", error.reason, error.remedy) from None
+    except scene.Wanting as error:
+        raise _Refused("E752", error.reason, error.remedy) from None
+    except Foreign as error:
+        raise _Refused("E753", error.reason, error.remedy) from None
+
+
+def _left(path: Path, what: str, why: str, line: int | None) -> Diagnostic:
+    place = path.name if line is None else f"{path.name}:{line}"
+    return Diagnostic("W750", visible(f"not carried over: {what} ({place})"), None, None, help=visible(why))

@@ -1,0 +1,34 @@
+"""Which ending has which reader. To add a format: a module with `read(path) -> Deck`, and a line here."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from softmark.interpreter.exchange.record import Deck
+from softmark.references.measured import Unreadable
+from softmark.references.rationing import rationed, reason_of
+
+AGAIN = "write the file again"
+READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
+TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
+
+
+def read(path: Path) -> Deck:
+    """What a file says. Raises Unreadable, Foreign."""
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", f"known are {TITLES}")
+    own = import_module(f"softmark.interpreter.exchange.{reader}")
+    try:
+        if not path.is_file():
+            raise Unreadable(path.name, "there is no such file", "name a file that is there")
+        with rationed(path), np.errstate(all="ignore"):
+            found: Deck = own.read(path)
+    except (MemoryError, OSError, RecursionError) as error:
+        raise Unreadable(path.name, reason_of(error), AGAIN) from None
+    except (ValueError, LookupError, ArithmeticError) as error:  # what no reader has thought of is no scene either
+        raise Unreadable(path.name, f"its words do not fit together ({reason_of(error)})", AGAIN) from error
+    return found

@@ -1,0 +1,105 @@
+"""What a file of another program says: a mesh, what it is made of, what holds and loads it; in the file's own units.
+
+Cells and nodes count from 0; faces (f, 2) are a cell and its side, from 0, in the order of Abaqus (`faces.SIDES`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Vector = tuple[float, float, float]
+
+
+class Foreign(Exception):
+    """A file means something that no scene can say, so that nothing of it is carried over: why, and what to do."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+@dataclass(frozen=True)
+class Law:
+    """A material: its word in the language, its stresses and plain numbers there, and its density, if it has one."""
+
+    word: str
+    stresses: Mapping[str, float]
+    plain: Mapping[str, float] = field(default_factory=dict)
+    density: float | None = None
+    choices: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Cells (k,) of one material; None where nothing of its law was carried over."""
+
+    name: str
+    cells: Ints
+    law: Law | None
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Nodes (k,) that are held in `components`, or moved there by `values`, lengths."""
+
+    name: str
+    nodes: Ints
+    components: tuple[int, ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class OnFaces:
+    """A pressure, positive inward, that stays normal; or a dead traction: on faces (f, 2), as stresses."""
+
+    name: str
+    faces: Ints
+    pressure: float | None = None
+    traction: Vector | None = None
+
+
+@dataclass(frozen=True)
+class AtNodes:
+    """A dead force at each of some nodes (k,)."""
+
+    name: str
+    nodes: Ints
+    force: Vector
+
+
+@dataclass(frozen=True)
+class Left:
+    """What was not carried over, why, and in which line of the file."""
+
+    what: str
+    why: str
+    line: int | None = None
+
+
+@dataclass
+class Deck:
+    """One body at rest. `mesh` is a file that a scene can read as it is; where it is None there are arrays."""
+
+    title: str
+    kind: str  # tet4, tet10, hex8, hex20
+    points: Floats  # (n, 3)
+    cells: Ints  # (m, a)
+    parts: list[Part]
+    holds: list[Hold] = field(default_factory=list)
+    pushes: list[OnFaces] = field(default_factory=list)
+    forces: list[AtNodes] = field(default_factory=list)
+    weights: list[Vector] = field(default_factory=list)  # accelerations
+    strain: str = "small"
+    formulation: str | None = None
+    static: bool = True
+    groups: list[str] = field(default_factory=list)  # of `mesh`, by its names
+    mesh: Path | None = None
+    left: list[Left] = field(default_factory=list)
+    taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise

@@ -1,0 +1,267 @@
+"""A record as a text of the language, in its canonical form, with what was left at its end."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Source, visible
+from softmark.grammar.parse import parse
+from softmark.grammar.print import format_source
+from softmark.interpreter.exchange import mesh_file
+from softmark.interpreter.exchange.faces import Sides
+from softmark.interpreter.exchange.record import AtNodes, Deck, Hold, Ints, Law, Left, OnFaces
+from softmark.interpreter.exchange.units import Unasked, Units
+
+FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
+FORCES = 400  # nodes with forces of their own
+NEAR = 1e-3  # of the shortest distance between nodes: what is this near to a node's place is the node
+WIDE = 100
+
+
+@dataclass(frozen=True)
+class Filled:
+    """What a file does not say and somebody has told: a material for cells without one, a density for laws."""
+
+    material: str | None = None  # a constructor of the language
+    density: str | None = None  # a quantity
+
+
+class Wanting(Exception):
+    """A file lacks what a scene must say: what, and how to tell."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+@dataclass(frozen=True)
+class Written:
+    """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left."""
+
+    scene: str
+    mesh: str | None
+    left: tuple[Left, ...]
+
+
+def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
+    """A scene whose mesh has this name. Raises Unasked, Wanting."""
+    writer = _Writer(deck, units, filled, mesh_name)
+    lines = list(writer.lines())
+    mesh = None
+    if deck.mesh is None:
+        mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
+    left = tuple(dict.fromkeys(deck.left))
+    text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
+    return Written(format_source(Source(deck.title, text)), mesh, left)
+
+
+def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
+    for what in deck.taken:
+        yield from _comment(f"taken so: {what}")
+    for own in left:
+        where = "" if own.line is None else f" (line {own.line})"
+        yield from _comment(f"not carried over: {own.what}{where}: {own.why}")
+
+
+def _comment(text: str) -> Iterator[str]:
+    line = "#"
+    for word in visible(text).split():
+        if len(line) + 1 + len(word) > WIDE and line != "#":
+            yield line
+            line = "#    "
+        line += f" {word}"
+    yield line
+
+
+@dataclass
+class _Writer:
+    deck: Deck
+    units: Units
+    filled: Filled
+    mesh_name: str
+    names: set[str] = field(default_factory=set)
+    sets: dict[str, Ints] = field(default_factory=dict)
+    surfaces: dict[str, Ints] = field(default_factory=dict)
+
+    def name(self, kind: str, told: str) -> str:
+        """A name that nothing else has and no word of the language is."""
+        plain = re.sub(r"\W+", "_", told, flags=re.ASCII).strip("_").lower()[:60]
+        first = f"{kind}_{plain}" if plain else kind
+        found, i = first, 2
+        while found in self.names:
+            found, i = f"{first}_{i}", i + 1
+        self.names.add(found)
+        return found
+
+    def lines(self) -> Iterator[str]:
+        """Declarations. Raises Unasked, Wanting."""
+        deck = self.deck
+        system = f" ({self.units.system})" if self.units.system else ""
+        yield from ("softmark 1", f"scene {_quoted(deck.title)}", "")
+        yield from _comment(f"Imported from {deck.title}{system}; what was not carried over stands at the end.")
+        yield ""
+        parts = sorted(deck.parts, key=lambda part: -len(part.cells))
+        materials = [self.name("solid", part.name if part.law else "told") for part in parts]
+        for name, part in zip(materials, parts, strict=True):
+            yield f"material {name} = {self._law(part.law, part.name, len(part.cells))}"
+        unit = self.units.length.text
+        yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}), {materials[0]})"
+        for name, part in zip(materials[1:], parts[1:], strict=True):
+            region = self.name("part", part.name)
+            self.sets[region] = part.cells
+            yield f"region {region} = group(body, {_quoted(region)}, material = {name})"
+        for told in deck.groups:
+            yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
+        yield ""
+        yield from self._acting()
+        yield ""
+        yield from self._model()
+
+    def _model(self) -> Iterator[str]:
+        deck = self.deck
+        if not deck.holds or not deck.static:
+            lacks = "holds the body" if not deck.holds else "is an analysis at rest"
+            yield from _comment(f"Nothing that was carried over {lacks}: declare what is missing, an analysis, and a "
+                                f"model such as `fem({deck.kind}, strain = {deck.strain})`.")  # fmt: skip
+            return
+        yield "analysis rest = static()"
+        kept = f", formulation = {deck.formulation}" if deck.formulation else ""
+        yield f"model fe = fem({deck.kind}, strain = {deck.strain}{kept})"
+
+    def _acting(self) -> Iterator[str]:
+        deck = self.deck
+        if not (deck.holds or deck.pushes or deck.forces or deck.weights):
+            return
+        sides = Sides(deck.cells) if deck.holds else None
+        for hold in deck.holds:
+            assert sides is not None
+            yield from self._hold(hold, sides)
+        for push in deck.pushes:
+            yield from self._push(push)
+        yield from self._forces(deck.forces)
+        for vector in deck.weights:
+            size = math.sqrt(sum(v * v for v in vector))
+            if size > 0.0:
+                told = self.units.of_acceleration(size)
+                yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
+                       f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
+
+    def _law(self, law: Law | None, part: str, cells: int) -> str:
+        if law is None:
+            if self.filled.material is None:
+                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{self._why()}",
+                              "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
+                              "density = 1000 kg/m^3)'`")  # fmt: skip
+            return _constructor(self.filled.material)
+        fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
+        fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
+        if law.density is not None:
+            density = self.units.of_density(law.density)
+        elif self.filled.density is not None:
+            density = self.filled.density
+        else:
+            raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
+                          "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip
+        fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
+        return f"{law.word}({', '.join(fields)})"
+
+    def _why(self) -> str:
+        reasons = [f"{own.what}: {own.why}" for own in self.deck.left if own.what.startswith("*") or "material" in
+                   own.what]  # fmt: skip
+        return f" ({reasons[0]})" if reasons else ""
+
+    def _hold(self, hold: Hold, sides: Sides) -> Iterator[str]:
+        faces, alone = sides.within(hold.nodes)
+        if len(alone) > FEW:
+            self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)",
+                                       f"{len(alone)} of them are of no face all of whose nodes it holds"))  # fmt: skip
+            return
+        where = []
+        if len(faces):
+            region = self.name("at", hold.name)
+            self.surfaces[region] = faces
+            yield f"region {region} = group(body, {_quoted(region)})"
+            where.append(region)
+        where += [self._place(node) for node in alone.tolist()]
+        by = [0.0, 0.0, 0.0]
+        for c, value in zip(hold.components, hold.values, strict=True):
+            by[c] = value
+        moves = any(by)
+        along = "" if hold.components == (0, 1, 2) else f", components = {_axes(hold.components)}"
+        vector = f", by = {_vector(by)} {self._unit()}" if moves else ""
+        word = "displaced" if moves else "fixed"
+        yield f"support {self.name('held', hold.name)} = {word}(body, where = {' or '.join(where)}{vector}{along})"
+
+    def _unit(self) -> str:
+        number, unit = self.units.length.text.split(" ")
+        return unit if number == "1" else f"* {self.units.length.text}"
+
+    def _place(self, node: int) -> str:
+        """A ball around a node that holds no other."""
+        x, y, z = self.deck.points[node].tolist()
+        r = self._near()
+        unit = self.units.of_length
+        apart = " + ".join(f"({axis} - {unit(v)})^2" if v >= 0 else f"({axis} + {unit(-v)})^2" for axis, v in
+                           zip("xyz", (x, y, z), strict=True))  # fmt: skip
+        return f"{apart} <= ({unit(r)})^2"
+
+    def _near(self) -> float:
+        corners = self.deck.points[self.deck.cells]
+        gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)
+        known = gaps[(gaps > 0.0) & np.isfinite(gaps)]
+        return float(f"{NEAR * float(known.min()):.1e}") if len(known) else NEAR
+
+    def _push(self, push: OnFaces) -> Iterator[str]:
+        region = self.name("at", push.name)
+        self.surfaces[region] = push.faces
+        yield f"region {region} = group(body, {_quoted(region)})"
+        name = self.name("load", push.name)
+        if push.pressure is not None:
+            magnitude = self.units.of_stress(push.pressure)
+            yield f"load {name} = pressure(body, where = {region}, magnitude = {magnitude})"
+        elif push.traction is not None:
+            items = ", ".join(self.units.of_stress(v) for v in push.traction)
+            yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
+
+    def _forces(self, forces: Sequence[AtNodes]) -> Iterator[str]:
+        many = sum(len(force.nodes) for force in forces)
+        if many > FORCES:
+            total = np.sum([len(f.nodes) * np.array(f.force) for f in forces], axis=0) * self.units.of_force(1.0)
+            self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
+                                       f"a scene says them one by one, {FORCES} at most"))  # fmt: skip
+            return
+        for force in forces:
+            vector = _vector([self.units.of_force(v) for v in force.force])
+            for node in force.nodes.tolist():
+                at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
+                yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
+
+
+def _constructor(told: str) -> str:
+    """What somebody has written for a material. Raises Wanting."""
+    tree, problems = parse(Source("--material", f"material told = {told}\n"))
+    if problems or len(tree.declarations) != 1 or "\n" in told:
+        example = "`--material 'neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)'`"
+        raise Wanting(f"`{told}` is no material as a scene writes it", f"such as {example}")
+    return told
+
+
+def _axes(components: tuple[int, ...]) -> str:
+    names = ["xyz"[c] for c in components]
+    return names[0] if len(names) == 1 else f"({', '.join(names)})"
+
+
+def _vector(values: Sequence[float]) -> str:
+    return f"({', '.join(map(repr, values))})"
+
+
+def _quoted(text: str) -> str:
+    return '"' + visible(text).replace("\\", "\\\\").replace('"', '\\"')[:390] + '"'
+
+
+__all__ = ["Filled", "Unasked", "Wanting", "Written", "written"]
