@@ -44,6 +44,7 @@ PROGRAMS: Mapping[str, Program] = {
         {"small": _SMALL, "finite": ("neo_hookean", "neo_hookean_isochoric")},
         several=False,
     ),
+    "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
     "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
 }
 
