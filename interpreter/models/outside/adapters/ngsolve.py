@@ -73,7 +73,7 @@ def solved(problem: Problem) -> Answer:
 
 
 class Body:
-    """Its mesh and space of a problem. Unknowns x (3, v + e): of each component, those of vertices and then of edges."""
+    """Its mesh and space. Unknowns x (3, v + e): of each component, those of vertices and then of edges."""
 
     def __init__(self, problem: Problem) -> None:
         """From our corners; what lies between them bends the mesh."""
