@@ -113,7 +113,7 @@ def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str
             own = body in (None, body_of(scene, model))
         except Fault:
             continue
-        if own and model.thing.timed and name != metric.thing.against and (not asked or name in asked):
+        if own and not model.thing.unwalked and name != metric.thing.against and (not asked or name in asked):
             found.append(name)
     return tuple(found)
 
@@ -134,6 +134,9 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
             yield diagnostic("E512", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
+        elif why := scene.declared[name].thing.unwalked:
+            yield diagnostic("E512", study.at("models"), f"`{name}` has no part in a stability study: {why}",
+                             "not walked", "name models that are solved here, or leave `models` out")  # fmt: skip
 
 
 def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:

@@ -73,7 +73,11 @@ def test_what_floods_its_log_is_cut_and_stopped(tmp_path: Path) -> None:
     [
         ("import sys\nprint('no good')\nsys.exit(3)", "it ended with exit status 3"),
         ("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)", "it was ended by a signal (SIGSEGV)"),
-        ("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)", "it was ended by a signal (SIGKILL)"),
+        pytest.param(
+            "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)",
+            "it was ended by a signal (SIGKILL)",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_dies_says_how(tmp_path: Path, program: str, why: str) -> None:
@@ -105,7 +109,9 @@ CHILDREN = """
 """
 
 
-@pytest.mark.parametrize(("then", "how"), [("print('bye')", "done"), ("time.sleep(60)", "timed_out")])
+@pytest.mark.parametrize(
+    ("then", "how"), [("time.sleep(60)", "timed_out"), pytest.param("print('bye')", "done", marks=pytest.mark.slow)]
+)
 def test_children_are_not_left_behind(tmp_path: Path, then: str, how: str) -> None:
     """One in its group, and one that went out of it."""
     end = ended(tmp_path, CHILDREN.format(then=then), 2.0 if how == "done" else 0.5)

@@ -102,8 +102,9 @@ class PreparedOutside:
             return Solution("unsupported", self.model.words_of(untold.reasons), known)
         if reasons := program.refuses(problem):
             return Solution("unsupported", self.model.words_of(reasons), known)
+        known["program"] = f"{self.model.told.title} {version}"
         with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
-            return self._asked(program, problem, Path(folder), known | {"program": f"{self.model.told.title} {version}"})
+            return self._asked(program, problem, Path(folder), known)
 
     def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
         """What comes of asking a program that is there."""
@@ -148,7 +149,7 @@ class PreparedOutside:
             return Solution("not_converged", f"{title} says so itself: {answer.said or 'no reason is given'}", known)
         if not residual <= allowed:
             return Solution("not_converged", self._unbalanced(residual, allowed), known)
-        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=title)
+        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"that of {title}")
         return self._finished(self.solid.finish(state), known)
 
     def _unbalanced(self, residual: float, allowed: float) -> str:

@@ -40,6 +40,11 @@ class Outside(Model):
     process of its own, with limits on time, memory and what it may say, and with one thread unless more are asked for.
     Nothing of it is imported here.
 
+    `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
+    mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
+    material. `scikit_fem` has all but hex20, and small strain alone. All are told of bodies at rest, which supports
+    hold at nodes, under loads that do not follow them.
+
     What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
     and W710 when the scene is checked. Where it is not installed it is `skipped`, and the message says how to install
     it. Where it hangs, dies, floods its log, runs out of memory or leaves no answer or one that is no number, it is
@@ -53,6 +58,7 @@ class Outside(Model):
     """
 
     recovers = False
+    unwalked = "another program solves it, which states no error that could be held against it"
     graded = True  # said to be unsupported, as all else that has no words for others
     directed = True
     composite = True
@@ -168,4 +174,4 @@ class Outside(Model):
         solid = self.solid.kind(case)
         if solid is None:
             return None
-        return replace(solid, words=f"{solid.words} by {self.told.title}")
+        return replace(solid, words=f"{solid.words}, {self.told.title}")

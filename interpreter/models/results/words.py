@@ -38,6 +38,7 @@ class Results(Model):
     supports = (object,)
     bedded = touches = wired = composite = graded = directed = remembers = soaks = True
     timed = False
+    unwalked = "a file says what it says, whatever is walked"
     forceless = f"{NOTHING} nothing of forces"
 
     path: Annotated[str, "file", "the file: .vtu, .vtk, .pvd, .xdmf, .frd or .csv"]

@@ -67,6 +67,7 @@ class Model:
     reduces: str | None = None  # the model whose equations it reduces
     constant = False  # its stiffness never changes
     timed = True  # it is solved here, and by a clock
+    unwalked = ""  # why `dsl stress` does not look for where it goes wrong, where it does not
     forceless: str | None = None  # why it says nothing of forces, where it does not
     even = False  # its strain is the same everywhere, at its ends too
     unsolved = False  # it may accept states that are not solved

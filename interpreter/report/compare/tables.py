@@ -108,7 +108,8 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
 
 def _times(view: SceneView, point: ComparedPoint) -> list[str]:
     spread, setup = view.effort(point), point.cost.setup_s
-    time = cell(quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
+    most = "≤ " if point.cost.most else ""
+    time = cell(most + quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
     return [time, cell(quantity(setup.median, "s", 3) if setup else DASH), cell(said_bytes(point.cost.memory_bytes))]
 
 

@@ -121,7 +121,8 @@ def _time(view: SceneView, point: ComparedPoint) -> str:
     if spread is None:
         return "-"
     half = 50 * (spread.q3 - spread.q1) / spread.median
-    return _spoken(quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
+    most = "<= " if point.cost.most and view.timed else ""
+    return most + _spoken(quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 
 def _notes(own: Sequence[SceneView]) -> list[str]:

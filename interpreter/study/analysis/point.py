@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import ClassVar
 
 from softmark.interpreter.results.plain import Json, Plain, by_name, several
+from softmark.interpreter.study.analysis.quality import WHOLE
 from softmark.interpreter.study.expansion.outcome import PointError, PointWarning, ProbeTrace
 from softmark.records import dataclass
 
@@ -96,6 +97,11 @@ class Cost:
         """The seconds of one of SPREADS."""
         found: Spread | None = getattr(self, clock)
         return found
+
+    @property
+    def most(self) -> bool:
+        """Whether its times are upper bounds."""
+        return WHOLE in self.flags
 
     @property
     def runs(self) -> int | None:

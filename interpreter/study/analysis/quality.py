@@ -122,6 +122,7 @@ def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = No
     wall, cpu = _solutions(used, "wall_s"), _solutions(steady, "cpu_s")
     step_cpu = _steps(steady, "cpu_s")
     by_cpu = contaminated and all((r.get("threads") or {}).get("asked", 1) == 1 for r in used)
+    foreign = any(r.get("clock") for r in used)  # no frame is known of another program
     frame, frame_cpu = steps or wall, step_cpu or cpu
     return {
         "wall_s": wall,
@@ -133,7 +134,7 @@ def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = No
         "phases": _phases(records, steady, cpu["median"]),
         "memory_bytes": _median(used, lambda r: r["memory"].get("peak")),
         "memory_added_bytes": _median(used, _added),
-        "frame_s": (frame_cpu if by_cpu else frame)["median"],
+        "frame_s": None if foreign else (frame_cpu if by_cpu else frame)["median"],
         "frame_basis": "cpu" if by_cpu else "wall",
         "flags": _flags(runs, used, contaminated, asked, pace),
         "contaminated": contaminated,

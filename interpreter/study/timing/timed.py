@@ -118,7 +118,7 @@ def timed(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
     if not found.runs[-1].good:
         return record
     if last.spent is not None:
-        record["clock"] = WHOLE if last.spent.most else OWN
+        record |= {"clock": WHOLE if last.spent.most else OWN, "memory": {}}
     if where is not None:
         parts = {} if last.spent is not None else _spent(where, found.warmed)  # of ours, which looks at an answer
         return record | {"phases": parts, "output_s": _written(job, last)}

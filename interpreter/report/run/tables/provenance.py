@@ -54,6 +54,8 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
     facts += [(WORDS.get(key, key), value) for key, value in report.environment.items()]
     solvers = sorted({str(s) for m in report.models.values() if (s := m.solve.get("linear_solver"))})
     facts += [("Linear solver", ", ".join(solvers))] if solvers else []
+    programs = sorted({str(p) for m in report.models.values() if (p := m.solve.get("program"))})
+    facts += [("Other programs", ", ".join(programs))] if programs else []
     return [(name, str(value)) for name, value in facts]
 
 
