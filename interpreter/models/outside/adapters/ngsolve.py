@@ -88,7 +88,8 @@ class Body:
         mesh.AddElements(dim=3, index=1, data=cells, base=0)
         self.mesh = ng.Mesh(mesh)
         self.space = ng.VectorH1(self.mesh, order=2 if self.quadratic else 1)
-        self.pairs, self.middles = ends(problem) if self.quadratic else (np.zeros((0, 2), int), np.zeros(0, int))
+        none: tuple[Any, Any] = np.zeros((0, 2), int), np.zeros(0, int)
+        self.pairs, self.middles = ends(problem) if self.quadratic else none
         self.edges = self._edges() if self.quadratic else self.middles
         self.bubble = self._bubble() if self.quadratic else 1.0
         self._bent()
