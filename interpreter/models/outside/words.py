@@ -46,10 +46,11 @@ class Outside(Model):
     material. `scikit_fem` has all but hex20, and small strain alone; `ngsolve` has tet4 and tet10, and small strain
     alone. All are told of bodies at rest, which supports hold at nodes, under loads that do not follow them.
 
-    `mujoco` steps through time, and takes dynamic analyses alone, of tet4 at finite strain. Its model is its own and is
-    what is judged: what it computes is in the outline and in `solve.means`. Steps are of `step`, with `iterations`
-    where it iterates. Damping is that of the analysis; its integrator is the program's, explicit where the analysis'
-    is. A motion is not put into our equations: references and other models judge it.
+    `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
+    strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.
+    Steps are of `step`, with `iterations` where they iterate. Damping is that of the analysis; the integrator is the
+    program's, of MuJoCo explicit where the analysis' is. A motion is not put into our equations: references and other
+    models judge it. One whose steps end after a number of iterations, whatever is left, is `capped`.
 
     What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
     and W710 when the scene is checked. Where it is not installed it is `skipped`, and the message says how to install

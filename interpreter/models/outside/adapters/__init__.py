@@ -53,6 +53,20 @@ PROGRAMS: Mapping[str, Program] = {
         several=False,
         moves="St Venant's and Kirchhoff's law by the moduli at rest, lumped masses, one linear solve a step",
     ),
+    "newton_vbd": Program(
+        "Newton's VBD",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="a stable neo-Hookean law by the moduli at rest, lumped masses, implicit Euler by block descent",
+    ),
+    "newton_xpbd": Program(
+        "Newton's XPBD",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="constraints tr C = 3 and J = 1 with compliances of the moduli at rest, lumped masses, position based",
+    ),
     "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
     "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
 }
