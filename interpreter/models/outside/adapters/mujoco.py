@@ -2,9 +2,10 @@
 
 Of ours are nodes, cells, masses lumped at the nodes, the forces on them and what is held: a component that is held has
 no joint. Its law is St Venant's and Kirchhoff's: mu tr(E^2) + lam/2 tr(E)^2 of Green's strain E, exactly as ours of
-linear tetrahedra. Steps are its own: `discrete`, one solve in M + h D + h^2 K a step, with the forces at its start;
-`Euler`, semi-implicit, where explicit steps are asked for. Its damping in proportion to the stiffness is in D; joints
-of a flex may have no damping, so that in proportion to the mass is a force on nodes, by the velocity before a step.
+linear tetrahedra. Steps are its own: `discrete`, one solve in M + h D + h^2 K a step, with the forces at its start, by
+iterations, of which 100 are most where none are asked for; `Euler`, semi-implicit, where explicit steps are. Damping in
+proportion to the stiffness is in D; joints of a flex may have none, so that in proportion to the mass is a force on
+nodes, by the velocity before a step.
 Source: its documentation, Computation: Integrators, and XML reference: flex/elasticity; Todorov, Erez and Tassa (2012).
 """
 
@@ -42,19 +43,24 @@ def solved(problem: Problem) -> Answer:
     forces = problem.forces[free]  # of joints, in their order: node by node
     drag = motion.damping_mass * np.repeat(motion.masses, 3).reshape(-1, 3)[free]
     u, wanted = np.zeros((len(motion.after), *free.shape)), {int(n): i for i, n in enumerate(motion.after)}
-    steps = np.empty(motion.count)
+    steps, warned = np.empty(motion.count), mujoco.mjtWarning
+    bad = [int(w) for w in (warned.mjWARN_BADQPOS, warned.mjWARN_BADQVEL, warned.mjWARN_BADQACC)]
+    short, unsolved = data.warning[int(warned.mjWARN_INERTIA)], 0
     ready = time.perf_counter()
     for n in range(motion.count):
         before = time.perf_counter()
         data.qfrc_applied[:] = forces - drag * data.qvel
         mujoco.mj_step(model, data)
         steps[n] = time.perf_counter() - before
-        if data.warning.number.any() or not np.all(np.isfinite(data.qpos)):
+        unsolved, short.number = unsolved + bool(short.number), 0
+        if any(data.warning[w].number for w in bad) or not np.all(np.isfinite(data.qpos)):
             raise NotSettled(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
         if n + 1 in wanted:
             u[wanted[n + 1]][free] = data.qpos
     done = time.perf_counter()
-    return Answer(u, None, None, {"setup_s": ready - begin, "solve_s": done - ready}, steps_s=steps)
+    said = f"{unsolved} of {motion.count} steps ran out of iterations" if unsolved else ""
+    clocks = {"setup_s": ready - begin, "solve_s": done - ready}
+    return Answer(u, not unsolved, None, clocks, said, steps_s=steps)
 
 
 def deck(problem: Problem, motion: Motion) -> str:
