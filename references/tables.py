@@ -17,6 +17,7 @@ from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 
 SEPARATORS = (",", ";", "\t")
+BEFORE = 1000  # lines, among which the header is looked for
 SHOWN = 12  # columns that a message lists
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # float() reads more: 1_000, nan, infinity
 LARGEST = 1e30  # what quantities of a scene are as well
@@ -63,7 +64,7 @@ def columns(file: Path, asked: Sequence[str]) -> Columns:
 
 def header(file: Path) -> tuple[str, ...]:
     """What seem to be the names of a file's columns. Raises Unreadable where there are none."""
-    text = _text(file)
+    text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
     likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
     if not likely:
         raise Unreadable(file.name, "it names no columns", "the line above its numbers must name the columns")

@@ -27,17 +27,15 @@ from typing import Any
 import numpy as np
 from indentation_section import FINE, HEIGHT, LAM, MU, POISSON, RADIUS, TRAVELS, WIDTH, YOUNG, graded, hertz
 
+from softmark.interpreter.models.outside.adapters.calculix import cells as cards
+from softmark.interpreter.models.outside.adapters.calculix import chosen, nodes, version
+
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 SECTORS = 180  # CalculiX turns a section into a sector of 2 degrees, and prints the reactions of that
 ARC = 30.0  # degrees from the tip: as far as the sphere has a surface
 TIGHT = "1e-4,1e-3"  # residual, and correction, by their means, at which an iteration is the last (0.005, 0.01)
 SHELL = 1.0  # mm: how thick the shell is that stands for it
-
-
-def version() -> str:
-    """What CalculiX says of itself."""
-    return subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout.split()[-1]
 
 
 def grid(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -51,24 +49,9 @@ def grid(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     return points[used], cells.reshape(-1, 8)
 
 
-def nodes(points: Floats, first: int, name: str) -> list[str]:
-    """Cards of nodes numbered from `first`; CalculiX reads 20 characters of a number."""
-    rows = (",".join([str(first + i), *(f"{c:.12e}" for c in p)]) for i, p in enumerate(points.tolist()))
-    return [f"*NODE, NSET={name}", *rows]
-
-
 def elements(kind: str, cells: Any, node: int, first: int, name: str) -> list[str]:
-    """Cards of elements."""
-    lines = [f"*ELEMENT, TYPE={kind}, ELSET={name}"]
-    for i, cell in enumerate((np.asarray(cells) + node).tolist()):
-        row = [str(first + i), *map(str, cell)]
-        lines += [",".join(row)] if len(row) <= 16 else [",".join(row[:16]) + ",", ",".join(row[16:])]
-    return lines
-
-
-def chosen(kind: str, name: str, numbers: Any) -> list[str]:
-    """Cards of a set of nodes or elements."""
-    return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
+    """Cards of elements, numbered from `first`."""
+    return cards(kind, cells, node, range(first, first + len(cells)), name)
 
 
 def materials(finite: bool) -> list[str]:

@@ -93,6 +93,12 @@ def pvd(*names: str) -> bytes:
     return f'<?xml version="1.0"?>\n<VTKFile type="Collection">\n<Collection>{entries}</Collection></VTKFile>'.encode()
 
 
+def pvtu(*names: str) -> bytes:
+    """Parts of one mesh."""
+    pieces = "".join(f'<Piece Source="{name}"/>' for name in names)
+    return f'<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid>{pieces}</PUnstructuredGrid></VTKFile>'.encode()
+
+
 def xdmf(moments: int = 2) -> bytes:
     """A series with its numbers in the file, on the mesh of its first grid."""
 
@@ -115,14 +121,17 @@ def xdmf(moments: int = 2) -> bytes:
 
 def frd(times: tuple[float, ...] = (0.5, 1.0)) -> bytes:
     """As CalculiX writes it, with nodes of their own numbers 10, 20, ..."""
-    rows = ["    1C", "    1UUSER", f"    2C{'':18}{5:12d}{'':37}1"]
+    rows = ["    1C", "    1UUSER", f"    2C{'':18}{len(X):12d}{'':37}1"]
     rows += [f" -1{10 * i + 10:10d}" + "".join(f"{v:12.5E}" for v in x) for i, x in enumerate(X)]
-    rows += [" -3", f"    3C{'':18}{2:12d}{'':37}1"]
+    rows += [" -3", f"    3C{'':18}{len(CELLS):12d}{'':37}1"]
     for i, cell in enumerate(CELLS, 1):
         rows += [f" -1{i:10d}    3    0    1", " -2" + "".join(f"{10 * n + 10:10d}" for n in cell)]
     rows.append(" -3")
     for k, t in enumerate(times, 1):
-        rows += [f"    1PSTEP{k:26d}{1:12d}{1:12d}", f"  100CL{100 + k:5d}{t:12.5E}{5:12d}{'':20} 0{k:5d}{'':10} 1"]
+        rows += [
+            f"    1PSTEP{k:26d}{1:12d}{1:12d}",
+            f"  100CL{100 + k:5d}{t:12.5E}{len(X):12d}{'':20} 0{k:5d}{'':10} 1",
+        ]
         rows += [" -4  DISP        4    1", *(f" -5  D{c}          1    2    {c}    0" for c in (1, 2, 3))]
         rows.append(" -5  ALL         1    2    0    0    1ALL")
         rows += [f" -1{10 * i + 10:10d}" + "".join(f"{t * v:12.5E}" for v in u) for i, u in enumerate(U)]
@@ -137,6 +146,37 @@ def csv(times: tuple[float, ...] = (0.0, 0.5)) -> bytes:
     return "\n".join(rows).encode()
 
 
+def chunk(order: str, what: int, *parts: bytes) -> bytes:
+    """A part of FEBio's plot file."""
+    data = b"".join(parts)
+    return struct.pack(f"{order}2I", what, len(data)) + data
+
+
+def xplt(packed: bool = False, order: str = "<", failed: bool = False) -> bytes:
+    """As FEBio's own reader wants it: nodes 10, 20, ..., states at 0.5 and 1, the last not converged if `failed`."""
+
+    def number(what: int, value: float, kind: str = "i") -> bytes:
+        return chunk(order, what, struct.pack(order + kind, value))
+
+    head = chunk(order, 0x01010000, number(0x01010001, 0x34), number(0x01010004, int(packed)))
+    word = number(0x01020002, 1), number(0x01020003, 0), chunk(order, 0x01020004, b"displacement".ljust(64, b"\0"))
+    words = chunk(order, 0x01020000, chunk(order, 0x01023000, chunk(order, 0x01020001, *word)))
+    nodes = b"".join(struct.pack(f"{order}i3f", 10 * i + 10, *x) for i, x in enumerate(X))
+    sizes = chunk(order, 0x01041100, number(0x01041101, len(X)), number(0x01041102, 3))
+    cells = (chunk(order, 0x01042201, struct.pack(f"{order}5i", i, *cell)) for i, cell in enumerate(CELLS, 1))
+    domain = chunk(order, 0x01042101, number(0x01042102, 2), number(0x01042103, 1), number(0x01032104, len(CELLS)))
+    domains = chunk(order, 0x01042000, chunk(order, 0x01042100, domain, chunk(order, 0x01042200, *cells)))
+    mesh = chunk(order, 0x01040000, chunk(order, 0x01041000, sizes, chunk(order, 0x01041200, nodes)), domains)
+    states = []
+    for t in (0.5, 1.0):
+        header = chunk(order, 0x02010000, number(0x02010002, t, "f"), number(0x02010003, int(failed and t == 1.0)))
+        data = chunk(order, 0, (t * U).astype(f"{order}f4").tobytes())
+        variable = chunk(order, 0x02020001, number(0x02020002, 1), chunk(order, 0x02020003, data))
+        state = chunk(order, 0x02000000, header, chunk(order, 0x02020000, chunk(order, 0x02020300, variable)))
+        states.append(zlib.compress(state) if packed else state)
+    return struct.pack(f"{order}I", 0x00464542) + chunk(order, 0x01000000, head, words) + mesh + b"".join(states)
+
+
 def whole() -> list[Files]:
     """One of every kind."""
     return [
@@ -144,8 +184,10 @@ def whole() -> list[Files]:
         {"plain.vtu": vtu(compression=None)}, {"raw.vtu": raw()}, {"rawz.vtu": raw("<Q", packed=True)},
         {"base64.vtu": raw(encoded=True)}, {"base64z.vtu": raw("<Q", packed=True, encoded=True)},
         {"text.vtk": vtk(binary=False)}, {"binary.vtk": vtk()}, {"old.vtk": vtk(file_format="vtk42", binary=False)},
-        {"series.pvd": pvd("a.vtu", "b.vtu"), "a.vtu": raw(), "b.vtu": raw("<Q", packed=True, u=2 * U)},
+        {"series.pvd": pvd("a.pvtu", "b.vtu"), "a.pvtu": pvtu("a.vtu"), "a.vtu": raw(),
+         "b.vtu": raw("<Q", packed=True, u=2 * U)},
         {"series.xdmf": xdmf()}, {"ccx.frd": frd()}, {"points.csv": csv()},
+        {"plain.xplt": xplt()}, {"packed.xplt": xplt(packed=True, order=">")},
     ]  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import struct
 import subprocess
 import zlib
 from pathlib import Path
@@ -50,8 +51,9 @@ def test_every_format_tells_its_vectors_at_their_times(files: made.Files, tmp_pa
         (tmp_path / name).write_bytes(data)
     found = read(tmp_path / next(iter(files)))
     np.testing.assert_array_equal(found.points, made.X)
-    u = found.fields["DISP" if "ccx.frd" in files else "u"]
+    (u,) = found.fields.values()
     scale = {"series.pvd": [1, 2], "series.xdmf": [0, 1], "ccx.frd": [0.5, 1], "points.csv": [0, 0.5]}
+    scale |= {"plain.xplt": [0.5, 1], "packed.xplt": [0.5, 1]}
     shares = np.array(scale.get(next(iter(files)), [1]))
     np.testing.assert_array_equal(u, shares[:, None, None] * made.U)
     if found.kind is not None:
@@ -66,6 +68,8 @@ def test_times_ids_and_what_is_left_are_told(tmp_path: Path) -> None:
     assert told(tmp_path, a__vtu=made.raw()).times == pytest.approx([2.5], abs=0)
     assert told(tmp_path, a__vtu=made.vtu()).left == ("2 triangles", "scalars `p`")
     assert told(tmp_path, a__vtu=made.vtu()).times is None
+    assert told(tmp_path, a__xplt=made.xplt()).times == pytest.approx([0.5, 1.0], abs=0)
+    assert told(tmp_path, a__xplt=made.xplt(failed=True)).left == ("the state at 1, which did not converge",)
     assert told(tmp_path, a__csv=made.csv()).left == ("column `name`",)
 
 
@@ -118,7 +122,11 @@ def test_columns_are_found_by_their_names(header: str, moved: bool, tmp_path: Pa
 FLAWS = {  # the file, and what must be said of it
     "no_such.vtu": (None, "there is no file"),
     "empty.vtu": (b"", "it is empty"),
-    "febio.xplt": (b"BEF\0", "export VTK"),
+    "other.xplt": (b"BEEF", "does not begin as"),
+    "cut.xplt": (made.xplt()[:-5], "promises"),
+    "packed.xplt": (made.xplt(packed=True)[:-5], "last state breaks off"),
+    "old.xplt": (made.xplt().replace(b"\x34\0\0\0", b"\x08\0\0\0", 1), "of version 0x8"),
+    "range.xplt": (made.xplt().replace(struct.pack("<2i", 3, 4), struct.pack("<2i", 3, 5)), "names point 5"),
     "book.odb": (b"x", "results are read from .vtu"),
     "cut.vtu": (made.raw()[:1200], "is broken"),
     "cut_text.vtu": (made.vtu(binary=False)[:900], "no whole XML"),
@@ -147,6 +155,8 @@ FLAWS = {  # the file, and what must be said of it
     "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu` lies outside the folder"),
     "absolute.pvd": (made.pvd("/etc/passwd"), "`/etc/passwd` lies outside the folder"),
     "missing.pvd": (made.pvd("no.vtu"), "it names `no.vtu`, and there is no such file"),
+    "parts.pvtu": (made.pvtu("a.vtu", "b.vtu"), "its mesh is in 2 parts"),
+    "outside.pvtu": (made.pvtu("../x.vtu"), "`../x.vtu` lies outside the folder"),
     "itself.pvd": (made.pvd("itself.pvd"), "a series is of .vtu files"),
     "none.pvd": (made.pvd(), "it has no results"),
     "outside.xdmf": (made.xdmf().replace(b'"XML">', b'"HDF">../x.h5:/u ', 1), "lies outside"),
@@ -199,7 +209,7 @@ def test_a_small_file_cannot_take_the_machine(tmp_path: Path, monkeypatch: pytes
 def test_numbers_in_hdf5_need_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     data = re.sub(rb'"XML">[^<]*', b'"HDF">a.h5:/u', made.xdmf())
-    assert "`pip install h5py`" in refused(tmp_path, a__xdmf=data, a__h5=b"x")
+    assert '`pip install "softmark[xdmf]"`' in refused(tmp_path, a__xdmf=data, a__h5=b"x")
 
 
 @pytest.mark.slow
@@ -305,10 +315,11 @@ def test_broken_files_end_in_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_ten_thousand_broken_files_end_in_words(tmp_path: Path) -> None:
     """Told or Unreadable: no traceback, none that takes five seconds, none opened outside the folder."""
     ends = made.sieged(10_000, 1, tmp_path)
-    assert {end.split()[0] for end in ends} == {".vtu", ".vtk", ".pvd", ".xdmf", ".frd", ".csv"}
+    assert {end.split()[0] for end in ends} == {".vtu", ".vtk", ".pvd", ".xdmf", ".frd", ".csv", ".xplt"}
     assert {end.split()[1] for end in ends} == {"Told", "Unreadable"}
 
 

@@ -15,7 +15,7 @@ from softmark.interpreter.models.outside.decks import FORMATS
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE --to FORMAT [--out DIR] [-p NAME=VALUE]... [--model NAME]..."""
     scene_options(parser)
-    parser.add_argument("--to", required=True, choices=tuple(FORMATS), help="; ".join(f"{n}: {own[1]}" for n, own in
+    parser.add_argument("--to", required=True, choices=tuple(FORMATS), help="; ".join(f"{n}: {own.what}" for n, own in
                         FORMATS.items()))  # fmt: skip
     parser.add_argument("--out", metavar="DIR", type=folder, help="where to (default: SCENE-FORMAT)")
 

@@ -28,7 +28,9 @@ FIELDS = {  # of `results(...)`, by option: what is written there, and whether i
 def arguments(parser: argparse.ArgumentParser) -> None:
     """SCENE RESULT... [--as NAME]... [--unit U] [--at NAME] [--out DIR] [--json FILE|-]"""
     parser.add_argument("file", metavar="SCENE", help="a scene file, a standard scene, or - for standard input")
-    parser.add_argument("results", metavar="RESULT", nargs="+", help="a file: .vtu, .vtk, .pvd, .xdmf, .frd or .csv")
+    parser.add_argument(
+        "results", metavar="RESULT", nargs="+", help="a file: .vtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"
+    )
     parser.add_argument("--as", action="append", default=[], dest="names", metavar="NAME",
                         help="what it is called, one for each in their order (default: by its file)")  # fmt: skip
     for name, (meaning, _) in FIELDS.items():

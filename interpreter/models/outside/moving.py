@@ -52,7 +52,7 @@ class PreparedMoving(PreparedOutside):
 
     def asked(self) -> Problem:
         """What the program is told. Raises Untold."""
-        return told(self.solid, self.case, self.motion)
+        return told(self.solid, self.case, motion=self.motion)
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Displacements (t, n, 3) after the steps that were asked for, m. Raises NoAnswer where they are none."""

@@ -42,10 +42,16 @@ def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
 
     `moves` is of a program that steps through time.
     """
+    found = reasons_of_mesh(model, case, moves)
+    return [*_of_model(model), *found, *reasons_of_loads(model, case)] if isinstance(model, Fem) else found
+
+
+def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+    """The same of a mesh alone, with what holds and loads it: how it is solved is others' own."""
     if not isinstance(model, Fem):
         return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
     analysis = _of_motion(case) if moves else _of_analysis(case)
-    return [*_of_model(model), *analysis, *_of_body(case), *_of_supports(case), *_of_loads(model, case)]
+    return [*analysis, *_of_body(case), *_of_supports(case)]
 
 
 def _of_model(model: Fem) -> Iterator[Reason]:
@@ -114,34 +120,36 @@ def _of_supports(case: Case) -> Iterator[Reason]:
         yield f"contact `{name}`", "the neutral problem is of one body that touches nothing"
 
 
-def _of_loads(model: Fem, case: Case) -> Iterator[Reason]:
+def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
+    """Loads that follow the body."""
     for load in case.loads:
         action = load.thing.action
         if isinstance(action, Routed) or (isinstance(action, Follower | Turning) and model.strain != "small"):
             yield f"load `{load.name}`", _DEAD
 
 
-def told(prepared: PreparedSolid, case: Case, motion: Motion | None = None) -> Problem:
-    """The neutral problem of a static `fem(...)` model that is prepared for a case, or for one state of it.
+def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
+    """The neutral problem of a `fem(...)` model that is prepared for a case, or for one state of it.
 
     Small strain takes the moduli of any material at rest, so that its law is `linear_elastic` there. With a motion the
-    constants are those moduli too, beside the word of the law. Raises Untold.
+    constants are those moduli too, beside the word of the law. With `mesh` it is for that alone, and forces are those
+    at rest. Raises Untold.
     """
     import numpy as np
 
     from softmark.interpreter.models.outside.problem import Problem
 
-    if found := reasons(prepared.model, case, motion is not None):
+    if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
         raise Untold(found)
     stuff = _stuff if motion is None else _moduli
-    mesh, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
-    forces = sum((f for _, f in prepared.forces()), np.zeros_like(mesh.points))
+    made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
+    forces = sum((f for _, f in prepared.forces()), np.zeros_like(made.points))
     return Problem(
-        points=mesh.points,
-        cells=np.asarray(mesh.cells, dtype=np.int64),
-        element=mesh.kind,
+        points=made.points,
+        cells=np.asarray(made.cells, dtype=np.int64),
+        element=made.kind,
         strain=prepared.model.strain,
-        stuff=tuple(stuff(own, prepared.model.strain, len(mesh.cells)) for own in prepared.pieces),
+        stuff=tuple(stuff(own, prepared.model.strain, len(made.cells)) for own in prepared.pieces),
         held=np.stack(np.divmod(fixed, 3), axis=1),
         values=np.asarray(prepared.problem.target, dtype=np.float64),
         forces=forces,
@@ -164,7 +172,7 @@ def _stuff(own: Piece, strain: str, count: int) -> Stuff:
 
     cells = np.arange(count, dtype=np.int64)[own.which]
     material = own.case.material
-    if strain == "small":
+    if strain != "finite":
         young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
         return Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
     law = next(word for word, kind in WORDS.items() if type(material) is kind)

@@ -20,9 +20,10 @@ NOTHING = "nothing was solved here: a file of displacements says"
 class Results(Model):
     """Displacements from a file that another program has written: judged as any model is; nothing is solved.
 
-    Files are VTU, VTK, PVD, XDMF, CalculiX's FRD and CSV tables. Points of the file are undeformed, and `at` names the
-    vectors that are their displacements; where the file has none but moved points, `at = "position"`, and `rest` is a
-    file with the same points undeformed, or the first of the series is. Where the file has cells, a point of the body
+    Files are VTU, PVD, VTK, XDMF, CalculiX's FRD, FEBio's XPLT and CSV tables. Points of the file are undeformed, and
+    `at` names the vectors that are their displacements; where the file has none but moved points, `at = "position"`,
+    and `rest` is a file with the same points undeformed, or the first of the series is. Programs that write moved
+    points beside the displacements need `position` too. Where the file has cells, a point of the body
     moves as the cell does that it lies in; where it has points alone, as the nearest one if that is within 1e-6 of the
     body's size, else by linear interpolation between points around it. `by = nodes` takes the numbers of nodes instead
     of their places: those of the body's own mesh file, in its order.
@@ -41,7 +42,7 @@ class Results(Model):
     unwalked = "a file says what it says, whatever is walked"
     forceless = f"{NOTHING} nothing of forces"
 
-    path: Annotated[str, "file", "the file: .vtu, .vtk, .pvd, .xdmf, .frd or .csv"]
+    path: Annotated[str, "file", "the file: .vtu, .pvtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"]
     unit: Annotated[float, "m in (0, inf)", "one unit of the file's lengths, such as 1 mm"]
     at: Annotated[str, 'the vectors by their name in the file, or "position"; none: the only ones it may be'] = ""
     rest: Annotated[str, "file", "a file with the same points undeformed, for `position`"] = ""

@@ -6,7 +6,7 @@ each state.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,18 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
 from softmark.interpreter.language.states import in_state, states_of
-from softmark.interpreter.models.outside.decks import form
+from softmark.interpreter.models.outside.decks import FORMATS, form
 from softmark.interpreter.models.outside.decks.named import Named, named_of
 from softmark.interpreter.models.outside.problem import Problem, Stuff
-from softmark.interpreter.models.outside.telling import Reason, Untold, reasons, told
+from softmark.interpreter.models.outside.telling import (
+    Reason,
+    Untold,
+    reasons,
+    reasons_of_loads,
+    reasons_of_mesh,
+    told,
+)
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.prepare import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import Fault, case_for
@@ -57,7 +65,9 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Op
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
     found["models"] = {name: _kept(name, each, to, folder, written) for name, each in ready.items()}
-    left = [(f"model `{name}`, {what}", why) for name, own in refused.items() for what, why in dict.fromkeys(own)]
+    followed = {name: list(_followed(scene, name)) for name in ready} if FORMATS[to].mesh else {}
+    left = [(f"model `{name}`, {what}", why) for name, own in (refused | followed).items()
+            for what, why in dict.fromkeys(own)]  # fmt: skip
     found["left"] += [{"what": what, "why": why} for what, why in left]
     sheet.write(found, folder)
     files.replace(folder / readme.FILE, readme.text(found, to))
@@ -86,18 +96,29 @@ def _ready(
 
 def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
     """The problems of a model: one, or one for each state. Raises Untold, Fault."""
-    each = []
+    each, alone = [], FORMATS[to].mesh
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
-        declared = own.declared[name]
+        declared = _ours(own.declared[name])
         case = case_for(own, declared)
-        if found := reasons(declared.thing, case):  # before anything is built
+        if found := (reasons_of_mesh if alone else reasons)(declared.thing, case):  # before anything is built
             raise Untold(found)
         prepared: Any = prepared_model(declared, case, workshop)[0]
-        each.append((told(prepared, case), named_of(prepared, case)))
+        each.append((told(prepared, case, alone), named_of(prepared, case)))
     if found := form(to).refuses(each[-1][0]):
         raise Untold(found)
     shares = _shares([problem for problem, _ in each])
     return each if shares is None else [(replace(each[-1][0], shares=shares), each[-1][1])]
+
+
+def _followed(scene: Scene, name: str) -> Iterator[Reason]:
+    """Loads whose forces are told at rest alone, of a model that is told as a mesh."""
+    declared = _ours(scene.declared[name])
+    yield from reasons_of_loads(declared.thing, case_for(scene, declared))
+
+
+def _ours(declared: Declared) -> Declared:
+    """A model that another program solves, as ours of the same words: that is what it is told of."""
+    return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
 
 
 def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:

@@ -63,7 +63,7 @@ def sheet(scene: Scene, options: Options) -> dict[str, Any]:
 def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:
     """The points (n, 3), m, of a probe, in the last state."""
     own: dict[str, Any] = {"body": probe.thing.body, "text": _text(probe), "points": None}
-    if probe not in work.probes(probe.thing.body):
+    if probe.name not in {known.name for known in work.probes(probe.thing.body)}:
         return own | {"reason": "it has the points of a measurement that could not be read"}
     try:
         place = work.place(probe)

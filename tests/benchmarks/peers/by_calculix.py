@@ -17,15 +17,16 @@ from typing import Any
 import numpy as np
 from protocol import Found, NotConverged, Problem, main
 
+from softmark.interpreter.models.outside.adapters import calculix
+
 
 def deck(problem: Problem, first: float) -> str:
     """Its input, with a first increment of the load."""
     bulk = problem.lam + 2 / 3 * problem.mu
-    points = 1e3 * problem.points
-    lines = ["*NODE, NSET=ALL", *(f"{i},{x:.12e},{y:.12e},{z:.12e}" for i, (x, y, z) in enumerate(points, 1))]
-    lines += [f"*ELEMENT, TYPE={'C3D10' if problem.quadratic else 'C3D4'}, ELSET=BODY"]
-    lines += [",".join(map(str, [i, *nodes])) for i, nodes in enumerate((problem.cells + 1).tolist(), 1)]
-    lines += ["*NSET, NSET=WALL", *map(str, (problem.clamped + 1).tolist()), "*BOUNDARY", "WALL,1,3"]
+    lines = calculix.nodes(1e3 * problem.points, 1, "ALL")
+    kind, numbers = "C3D10" if problem.quadratic else "C3D4", range(1, len(problem.cells) + 1)
+    lines += calculix.cells(kind, problem.cells, 1, numbers, "BODY")
+    lines += [*calculix.chosen("NSET", "WALL", problem.clamped + 1), "*BOUNDARY", "WALL,1,3"]
     lines += ["*MATERIAL, NAME=M", "*HYPERELASTIC, NEO HOOKE", f"{problem.mu / 2:.12e},{2 / bulk:.12e}"]
     lines += ["*DENSITY", f"{1e-6 * problem.density:.12e}", "*SOLID SECTION, ELSET=BODY, MATERIAL=M"]
     lines += ["*STEP, NLGEOM, INC=1000", "*STATIC", f"{first:g},1.,1e-6,{first:g}"]
@@ -60,8 +61,9 @@ def solve(problem: Problem, steps: int) -> Found:
     if np.linalg.det(gradients(problem, u)).min() <= 0 or np.abs(u).max() > 1.5 * problem.points[:, 0].max():
         raise NotConverged(f"cells are inside out, after {cpu:.1f} s")
     outside = {"cpu": cpu, "wall": wall, "peak_mb": after.ru_maxrss / 1024, "setup": float("nan")}
-    version = subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout.split()[-1]
-    return Found(u, 0.0, iterations, increments, f"CalculiX {version}", "another law, 0.5 %", outside=outside)
+    return Found(
+        u, 0.0, iterations, increments, f"CalculiX {calculix.version()}", "another law, 0.5 %", outside=outside
+    )
 
 
 def gradients(problem: Problem, u: Any) -> Any:

@@ -9,13 +9,30 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-FORMATS: dict[str, tuple[str, str]] = {  # the module, and what it is
-    "calculix": ("adapters.calculix", "an input deck, `ccx -i job` runs it"),
-    "gmsh": ("decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups"),
-    "vtu": ("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes"),
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Format:
+    """The module of a format, what it is, the unit of its lengths, and whether it has a mesh and no way to solve it."""
+
+    module: str
+    what: str
+    unit: str = "1m"
+    mesh: bool = False
+
+
+FORMATS: dict[str, Format] = {
+    "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm"),
+    "febio": Format("decks.febio", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm"),
+    "gmsh": Format(
+        "decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups", mesh=True
+    ),
+    "sofa": Format("decks.sofa", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone"),
+    "vtu": Format("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes", mesh=True),
 }
 
 
 def form(name: str) -> Any:
     """The module of a format. Raises KeyError for one that is in no table."""
-    return import_module(f"softmark.interpreter.models.outside.{FORMATS[name][0]}")
+    return import_module(f"softmark.interpreter.models.outside.{FORMATS[name].module}")

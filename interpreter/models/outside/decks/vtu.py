@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.outside.problem import Problem
 
 FILE = "problem.vtu"
+# which meshio 5 writes, and has left out of this table of its own
+meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:

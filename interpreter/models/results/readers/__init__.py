@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 READERS = {
     ".vtu": "vtu", ".pvd": "pvd", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf", ".frd": "frd", ".csv": "columns",
+    ".pvtu": "pvtu", ".xplt": "xplt",
 }  # fmt: skip
 INSTEAD = {  # of formats that are not read, what to name
-    ".xplt": "open it in FEBio Studio, export VTK, and name that file",
     ".h5": "name the .xdmf that belongs to it",
     ".hdf5": "name the .xdmf that belongs to it",
     ".dat": "ask CalculiX for `*NODE FILE` and name the .frd",
-    ".pvtu": "save the data in ParaView as .vtu, in one piece",
+    ".bp": "write XDMF, or VTK for ParaView",
     ".vtm": "merge the blocks in ParaView and save them as .vtu",
     ".vtp": "give the solid, or the points of the surface as .csv",
 }

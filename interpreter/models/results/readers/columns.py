@@ -31,6 +31,7 @@ PLACES: tuple[Triple, ...] = (
 )  # fmt: skip
 MOVED: tuple[Triple, ...] = (("x1", "y1", "z1"), ("x", "y", "z"))
 LETTERS: Triple = ("u", "v", "w")
+MOST = 1000  # columns
 TIMES = ("time", "t", "Time")
 UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 
@@ -39,6 +40,10 @@ def read(file: Path) -> Told:
     """All times. Raises Unreadable."""
     with rationed(file):
         words = tables.header(file)
+        if len(words) > MOST:
+            raise Unreadable(
+                file.name, f"it has {len(words)} columns, and {MOST} are read", "leave out what is not needed"
+            )
         if worded := next(filter(None, map(UNIT.fullmatch, words)), None):
             remedy = f"call it `{worded[1]}`, and say the unit in the scene"
             raise Unreadable(file.name, f"its column `{worded[0]}` names a unit", remedy)
@@ -62,13 +67,14 @@ def _first(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
 def _vectors(words: Sequence[str], taken: set[str]) -> dict[str, Triple]:
     """Columns that belong together, by what their names have in common."""
     found: dict[str, Triple] = {}
+    free = set(words) - taken
     for word in words:
         for a, b, c in ENDINGS:
             stem = word.removesuffix(a)
             triple = (word, stem + b, stem + c)
-            if word.endswith(a) and stem.rstrip("_ .") and set(triple) <= set(words) and not taken & set(triple):
+            if word.endswith(a) and stem.rstrip("_ .") and set(triple) <= free:
                 found.setdefault(stem.rstrip("_ ."), triple)
-    if set(LETTERS) <= set(words) - taken:
+    if set(LETTERS) <= free:
         found.setdefault("u", LETTERS)
     return found
 

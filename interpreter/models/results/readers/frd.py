@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, moment, told
+from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
+from softmark.interpreter.models.results.readers.trees import numbers
 from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
@@ -99,11 +100,8 @@ def read(file: Path) -> Told:
 
 def _moments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
              left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
-    first = moment(name, X, blocks, {}, None, left)
-    return [
-        Moment(first.points, first.blocks, moment(name, X, (), found).arrays, time, left)
-        for time, found in steps.items()
-    ]
+    mesh = moment(name, X, blocks, {})
+    return [again(name, mesh, found, time, left) for time, found in steps.items()]
 
 
 def _width(name: str, row: bytes, here: int) -> int:
@@ -118,17 +116,18 @@ def _width(name: str, row: bytes, here: int) -> int:
 
 def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tuple[Ints, Floats]:
     """Lines ` -1`, a node and its numbers: nodes (k,) and numbers (k, many). Raises Unreadable."""
-    long = 3 + width + NUMBER * many
+    ends = np.cumsum([3, width, *[NUMBER] * many])
+    rows = [row.rstrip() for row in rows]
     for i, row in enumerate(rows):
-        if row[:3] != b" -1" or len(row.rstrip()) != long or b"_" in row:
+        if len(row) != ends[-1] or row[:3] != b" -1":
             raise Unreadable(name, f"line {line + i} is no node with {many} numbers", AGAIN)
-    table = np.frombuffer(b"".join(row[:long] for row in rows), dtype="S1").reshape(-1, long)
-    try:
-        nodes = np.ascontiguousarray(table[:, 3 : 3 + width]).view(f"S{width}")[:, 0].astype(np.int64)
-        values = np.ascontiguousarray(table[:, 3 + width :]).view(f"S{NUMBER}").astype(np.float64)
-    except (ValueError, OverflowError) as error:
+    letters = np.frombuffer(b"".join(rows), dtype="S1").reshape(-1, ends[-1])
+    try:  # columns have no blanks between them
+        found = numbers(np.insert(letters, ends[:-1], b" ", axis=1)[:, 3:].tobytes().decode("latin-1"), "f8")
+        found = found.reshape(len(rows), 1 + many)
+        return found[:, 0].astype(np.int64), np.ascontiguousarray(found[:, 1:])
+    except ValueError as error:
         raise Unreadable(name, f"what follows line {line} is no table of numbers ({str(error)[:80]})", AGAIN) from None
-    return nodes, values
 
 
 def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
 
@@ -51,18 +52,24 @@ def moment(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arra
         shape = " x ".join(map(str, P.shape))
         raise Unreadable(name, f"its points are {shape} numbers, not three for each of one or more", AGAIN)
     _finite(name, "a coordinate", P)
-    known = {}
+    whole = tuple(_sound(name, block, len(P)) for block in blocks)
+    return again(name, Moment(P, whole, {}), arrays, time, left)
+
+
+def again(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
+          left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
+    """Other arrays on the mesh of a moment, which is sound. Raises Unreadable."""
+    n, known = len(mesh.points), {}
     for word, values in arrays.items():
-        if len(values) != len(P):
-            raise Unreadable(name, f"`{word}` has {len(values)} rows for {len(P)} points", AGAIN)
-        known[word] = np.asarray(values).reshape(len(P), -1)
+        if len(values) != n:
+            raise Unreadable(name, f"`{word}` has {len(values)} rows for {n} points", AGAIN)
+        known[word] = np.asarray(values).reshape(n, -1)
         if known[word].shape[1] == 3:
             known[word] = known[word].astype(np.float64)
             _finite(name, f"`{word}`", known[word])
     if time is not None and not np.isfinite(time):
         raise Unreadable(name, f"its time is {time}", "give it a time")
-    whole = tuple(_sound(name, block, len(P)) for block in blocks)
-    return Moment(P, whole, known, None if time is None else float(time), left)
+    return Moment(mesh.points, mesh.blocks, known, None if time is None else float(time), left)
 
 
 def _finite(name: str, what: str, values: Floats) -> None:
@@ -106,9 +113,8 @@ def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
         raise Unreadable(name, "it has no results", "write displacements at one moment or more")
     kind, cells, rest = _most(every[0].blocks)
     every = _in_time(name, every)
-    names = list(dict.fromkeys(word for each in every for word in each.vectors))
-    there = {word: sum(word in each.vectors for each in every) for word in names}
-    fields = {w: np.stack([each.vectors[w] for each in every]) for w in names if there[w] == len(every)}
+    there = Counter(word for each in every for word in each.arrays)
+    fields = {w: np.stack([each.arrays[w] for each in every]) for w, k in there.items() if k == len(every)}
     lacking = tuple(f"vectors `{w}`, at {k} of {len(every)} moments" for w, k in there.items() if k < len(every))
     left = (*rest, *lacking, *(word for each in every for word in each.left))
     moving = any(each.points is not every[0].points and (each.points != every[0].points).any() for each in every)

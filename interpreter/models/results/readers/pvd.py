@@ -1,4 +1,4 @@
-"""PVD, ParaView's series of VTU files with their times: files in its own folder or below, and no others."""
+"""PVD, ParaView's series of VTU files, or PVTU of one part, with their times: all in its own folder or below."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from softmark.interpreter.models.results.readers import LARGEST
 from softmark.interpreter.models.results.readers.moments import AGAIN, Moment, told
+from softmark.interpreter.models.results.readers.pvtu import part
 from softmark.interpreter.models.results.readers.trees import parsed, within
 from softmark.interpreter.models.results.readers.vtu import read_moment
 from softmark.interpreter.models.results.told import Told
@@ -28,8 +29,9 @@ def read(file: Path) -> Told:
     files = [within(file.name, file.parent, path) for path, _, _ in entries]
     if len(set(files)) < len(files):
         raise Unreadable(file.name, "it names one file for several moments", "give each moment a file of its own")
-    if other := next((f for f in files if f.suffix.lower() != ".vtu"), None):
+    if other := next((f for f in files if f.suffix.lower() not in (".vtu", ".pvtu")), None):
         raise Unreadable(file.name, f"it names `{other.name}`, and a series is of .vtu files", "save its files as .vtu")
+    files = [part(f) if f.suffix.lower() == ".pvtu" else f for f in files]
     size = sum(f.stat().st_size for f in files)
     if size > LARGEST:
         reason = f"its files have {size / 2**30:.1f} GiB in all, and {LARGEST >> 30} GiB are read"

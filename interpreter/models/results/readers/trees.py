@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -60,10 +61,20 @@ class _Shallow(ElementTree.TreeBuilder):
 
 
 def numbers(text: str, kind: str) -> NDArray[np.generic]:
-    """Of a type. Raises ValueError, OverflowError."""
-    if "_" in text:  # which Python takes within numbers
-        raise ValueError("`_` stands in a number")
-    return np.array(text.split(), dtype=kind)
+    """Numbers apart by blanks, floats in double precision whatever their type. Raises ValueError, OverflowError."""
+    if not text.strip():
+        return np.empty(0, kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # numpy only warns of what is no number
+        try:
+            found = np.fromstring(text, "f8" if kind[0] == "f" else "i8", sep=" ")
+        except DeprecationWarning:
+            raise ValueError("not all of it is numbers") from None
+    if kind[0] == "f":
+        return found
+    if ((found < np.iinfo(kind).min) | (found.astype("f8") > np.iinfo(kind).max)).any():
+        raise OverflowError("a number is beyond its type")
+    return found.astype(kind)
 
 
 def within(name: str, folder: Path, told: str) -> Path:

@@ -78,7 +78,7 @@ def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
         before += n
     if not points:
         raise Unreadable(source.name, "it has no points", AGAIN)
-    shared = [w for w in arrays[0] if all(w in a and a[w].shape[1:] == arrays[0][w].shape[1:] for a in arrays)]
+    shared = {w: None for w in arrays[0] if all(w in a and a[w].shape[1:] == arrays[0][w].shape[1:] for a in arrays)}
     lost = tuple(dict.fromkeys(f"`{w}`, in some of its pieces" for a in arrays for w in a if w not in shared))
     on_cells = [a.get("Name") for a in pieces[0].findall("CellData/DataArray")]
     clock = grid.find("FieldData/DataArray[@Name='TimeValue']")

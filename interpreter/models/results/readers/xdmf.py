@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, moment, told
+from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
 from softmark.interpreter.models.results.readers.trees import ElementT, numbers, parsed, within
 from softmark.interpreter.models.results.told import Told
 from softmark.records import dataclass
@@ -69,8 +69,7 @@ class Source:
         if kind not in CODES or size not in ("1", "2", "4", "8"):
             raise self.refused(f"its numbers are of type `{kind[:40]}` of {size[:40]} bytes")
         try:
-            # as they are written: to round them to four bytes loses what they say
-            return numbers(item.text or "", "f8" if kind == "Float" else CODES[kind] + "8")
+            return numbers(item.text or "", CODES[kind] + "8")
         except (ValueError, OverflowError) as error:
             raise self.refused(f"an item is no text of numbers ({str(error)[:80]})") from None
 
@@ -104,7 +103,7 @@ def read(file: Path) -> Told:
         try:
             return told(file.name, _moments(Source(file.name, files, stack), top))
         except ModuleNotFoundError:
-            remedy = "`pip install h5py`, or write its numbers as XML"
+            remedy = '`pip install "softmark[xdmf]"`, or write its numbers as XML'
             raise Unreadable(file.name, "its numbers lie in HDF5, and h5py is not installed", remedy) from None
 
 
@@ -149,7 +148,7 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
     """Points and cells of a grid, and what is told at them. Raises Unreadable."""
     if base not in source.known:  # which series share
         source.known[base] = _mesh(source, base)
-    plane, X, blocks = source.known[base]
+    plane, mesh = source.known[base]
     arrays: dict[str, Array] = {}
     left = []
     for each in attributes:
@@ -161,18 +160,18 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
         else:
             values = source.numbers(each)
             arrays[word] = _in_space(values) if plane else values
-    return moment(source.name, X, blocks, arrays, time, tuple(left))
+    return again(source.name, mesh, arrays, time, tuple(left))
 
 
-def _mesh(source: Source, base: ElementT) -> tuple[bool, Array, list[Block]]:
-    """Whether a grid is plane, its points (n, 3), and its cells. Raises Unreadable."""
+def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
+    """Whether a grid is plane, and its points and cells. Raises Unreadable."""
     geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
     kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
     if kind not in ("XYZ", "XY"):
         raise source.refused(f"its geometry is `{kind[:40]}`, not XYZ or XY", "write points")
     X = source.numbers(geometry).astype(np.float64)
     X = X.reshape(-1, len(kind)) if X.ndim == 1 else X
-    return kind == "XY", _in_space(X) if kind == "XY" else X, _cells(source, topology)
+    return kind == "XY", moment(source.name, _in_space(X) if kind == "XY" else X, _cells(source, topology), {})
 
 
 def _in_space(values: Array) -> Array:

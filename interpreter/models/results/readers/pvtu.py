@@ -1,0 +1,33 @@
+"""PVTU names the VTU files of the parts of a mesh, as programs that may run in parallel write it: one part is read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from softmark.interpreter.models.results.readers import vtu
+from softmark.interpreter.models.results.readers.moments import Moment, told
+from softmark.interpreter.models.results.readers.trees import parsed, within
+from softmark.interpreter.models.results.told import Told
+from softmark.references.measured import Unreadable
+from softmark.references.rationing import rationed
+
+
+def read(file: Path) -> Told:
+    """One moment. Raises Unreadable."""
+    return told(file.name, [read_moment(file)])
+
+
+def read_moment(file: Path) -> Moment:
+    """The same, for a series. Raises Unreadable."""
+    return vtu.read_moment(part(file))
+
+
+def part(file: Path) -> Path:
+    """The file of the one part, in the same folder or below. Raises Unreadable."""
+    with rationed(file):
+        top = parsed(file.name, file.read_bytes(), "VTKFile")
+    pieces = top.findall("PUnstructuredGrid/Piece")
+    if len(pieces) != 1:
+        remedy = "merge them in ParaView, which knows points that parts share, and save the data as .vtu"
+        raise Unreadable(file.name, f"its mesh is in {len(pieces)} parts", remedy)
+    return within(file.name, file.parent, pieces[0].get("Source", ""))
