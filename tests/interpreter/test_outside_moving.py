@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.adapters import ngsolve
-from softmark.interpreter.models.outside.problem import Problem
+from softmark.interpreter.models.outside.adapters import newton_vbd, ngsolve
+from softmark.interpreter.models.outside.problem import Motion, Problem
 from softmark.interpreter.run import pipeline
 
 # a bar that falls by a fifth of its length in a tenth of a second: cells of 15 mm, which rotate by up to 20 degrees
@@ -77,6 +77,36 @@ def test_mujoco_with_its_own_step_and_a_step_too_long_for_it() -> None:
     assert coarse.status == "diverged"
     assert "unstable after" in coarse.message
     assert (odd.status, "whole number of steps" in odd.message) == ("unsupported", True)
+
+
+@pytest.mark.slow
+def test_mujoco_says_when_its_iterations_do_not_solve_a_step() -> None:
+    pytest.importorskip("mujoco")
+    text = FALL.format(law="st_venant_kirchhoff", integrator="implicit_euler", b="0 ms")
+    few = "model few = outside(mujoco, tet4, strain = finite, size = 15 mm, iterations = 3)\n"
+    theirs = run(text + few).models["few"]
+    assert theirs.status == "capped"
+    assert theirs.message == "60 of 60 steps ran out of iterations"
+
+
+@pytest.mark.slow
+def test_newton_moves_them_by_block_descent() -> None:
+    """A hundred sweeps a step come near implicit Euler's: 5 %, for its law is another relative of the neo-Hookean."""
+    pytest.importorskip("newton")
+    text = FALL.format(law="neo_hookean", integrator="implicit_euler", b="0 ms")
+    text = "\n".join(line for line in text.splitlines() if not line.startswith("support guide"))
+    many = "outside(newton_vbd, tet4, strain = finite, size = 15 mm, iterations = 100, time = 500 s, memory = 16)"
+    report = run(f"{text}\nmodel theirs = {many}\n")
+    theirs = report.models["theirs"]
+    assert (theirs.status, theirs.message[:8]) == ("capped", "100 iter")
+    assert theirs.metrics["strayed"].value < 0.05
+
+
+def test_newton_holds_particles_whole_and_damps_in_its_own_way() -> None:
+    motion = Motion(1e-3, 1, np.arange(2), np.ones(4), damping_stiffness=1e-3)
+    points, held = np.eye(4, 3), np.array([[0, 1]])
+    some = Problem(points, np.arange(4)[None], "tet4", "finite", (), held, np.zeros(1), points, motion=motion)
+    assert [what for what, _ in newton_vbd.refuses(some)] == ["damping_stiffness", "supports that hold components"]
 
 
 def test_what_steps_through_time_is_not_asked_for_rest() -> None:

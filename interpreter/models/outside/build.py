@@ -17,7 +17,8 @@ from softmark.interpreter.models.fem import build as fem
 from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.outside import running
 from softmark.interpreter.models.outside.adapters import adapter
-from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.outside.moving import motion_of, shown
+from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 from softmark.interpreter.models.outside.running import End
 from softmark.interpreter.models.outside.telling import Untold, told
 from softmark.interpreter.models.outside.words import GB, Outside
@@ -190,6 +191,36 @@ class PreparedOutside:
         return replace(found, facts=facts, vibrations=vibrations.none(NOT_KNOWN))
 
 
+@dataclass(frozen=True)
+class PreparedMoving(PreparedOutside):
+    """A body that a program moves; `solid` is the same of ours, at rest, which knows its mesh and its loads."""
+
+    motion: Motion
+    lost: ClassVar[Status] = "diverged"
+
+    @property
+    def assembly(self) -> Any:
+        """None: that is of a state of rest alone."""
+        return None
+
+    def asked(self) -> Problem:
+        """What the program is told. Raises Untold."""
+        return told(self.solid, self.case, motion=self.motion)
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements (t, n, 3) after the steps that were asked for, m. Raises NoAnswer where they are none."""
+        return states(answer, problem, len(self.motion.after))
+
+    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+        """Whether what is held stays is all that is asked of them: their model is their own."""
+        node, component = problem.held.T
+        slipped = float(np.abs(u[:, node, component] - problem.values).max(initial=0.0))
+        title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
+        if slipped > HELD * float(np.abs(u).max(initial=0.0)):
+            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+        return shown(self.motion, self.mesh, answer, u, known)
+
+
 def states(answer: Answer, problem: Problem, count: int) -> Floats:
     """Displacements (count, n, 3), m. Raises NoAnswer where they are none."""
     u = np.asarray(answer.u)
@@ -245,8 +276,7 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) 
         return Refused(model.words_of(reasons))
     solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
     if isinstance(case.analysis, Dynamic):
-        from softmark.interpreter.models.outside.moving import PreparedMoving
-
         masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
-        return cast(Prepared, PreparedMoving(model, declared, case, solid, masses))
+        motion = motion_of(model, case.analysis, masses)
+        return cast(Prepared, PreparedMoving(model, declared, case, solid, motion))
     return cast(Prepared, PreparedOutside(model, declared, case, solid))
