@@ -44,8 +44,8 @@ def shown(motion: Motion, mesh: Mesh, answer: Answer, u: Floats, known: dict[str
 
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
     some = picked(len(times), FRAMES)
-    capped = answer.settled is False
-    status: Status = "capped" if capped else "converged"
-    return Solution(status, answer.said if capped else None, known, displacement_of(mesh, u[-1]),
-                    history=History(times, course, steps, (), motion.step),
+    solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
+    status: Status = "capped" if answer.unsolved else "converged"
+    return Solution(status, answer.said if answer.unsolved else None, known, displacement_of(mesh, u[-1]),
+                    history=History(times, course, steps, (), motion.step, solved),
                     mesh=Deformed(mesh, u[-1], times[some], u[some]))  # fmt: skip

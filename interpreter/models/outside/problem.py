@@ -90,3 +90,4 @@ class Answer:
     said: str = ""  # what of its log a user should see
     rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
     steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
+    unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did

@@ -60,7 +60,7 @@ def solved(problem: Problem) -> Answer:
     done = time.perf_counter()
     said = f"{unsolved} of {motion.count} steps ran out of iterations" if unsolved else ""
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
-    return Answer(u, not unsolved, None, clocks, said, steps_s=steps)
+    return Answer(u, not unsolved, None, clocks, said, steps_s=steps, unsolved=unsolved)
 
 
 def deck(problem: Problem, motion: Motion) -> str:

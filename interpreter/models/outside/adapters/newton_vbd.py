@@ -74,7 +74,7 @@ def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> A
     u[:, problem.held[:, 0], problem.held[:, 1]] = 0.0  # to the last digit of single precision
     said = f"{iterations} iterations a step, and it does not say what they leave"
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
-    return Answer(u, False, iterations * motion.count, clocks, said, steps_s=steps)
+    return Answer(u, False, iterations * motion.count, clocks, said, steps_s=steps, unsolved=motion.count)
 
 
 def built(problem: Problem, motion: Motion, colours: bool) -> Any:

@@ -83,7 +83,8 @@ class Package:
                 u = np.asarray(found["u"], dtype=np.float64)
                 steps = np.asarray(found["steps_s"], dtype=np.float64) if "steps_s" in found else None
             clocks = {str(name): float(spent) for name, spent in said["clocks"].items()}
-            return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]), steps_s=steps)
+            return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]), steps_s=steps,
+                          unsolved=int(said.get("unsolved", 0)))  # fmt: skip
         except FileNotFoundError as none:
             raise NoAnswer("it left no result") from none
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as broken:
@@ -118,6 +119,6 @@ def main(solved: Callable[[Problem], Answer]) -> int:
     np.savez(folder / f"{TOLD}.npz", u=answer.u, **steps)
     clocks = dict(answer.clocks) | {"io_s": read + time.perf_counter() - begin}
     answer = replace(answer, clocks=clocks)
-    words = {name: getattr(answer, name) for name in ("settled", "iterations", "clocks", "said")}
+    words = {name: getattr(answer, name) for name in ("settled", "iterations", "clocks", "said", "unsolved")}
     (folder / f"{TOLD}.json").write_text(json.dumps(words))
     return 0
