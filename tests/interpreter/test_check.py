@@ -52,6 +52,7 @@ MEANT = {  # scenes about these warnings
     "silicone-beam-as-published": {"W301", "W302", "W321", "W323"},
     "silicone-beam-refined": {"W301"},
     "silicone-beam-filled": {"W301"},
+    "silicone-beam-by-others": {"W301", "W302", "W710"},  # of what others do alike, and of what one does not
     "silicone-beam-release": {"W301", "W321", "W322"},
     "silicone-beam-trade": {"W301", "W302", "W321", "W322"},
     "uniaxial-stretch": {"W301"},

@@ -138,7 +138,9 @@ model small = fem(hex8, strain = small, size = 5 mm)
 
 def test_states_are_steps_of_one_deck_where_they_are_parts_of_one_load(tmp_path: Path) -> None:
     assert exported(STATES, "calculix", tmp_path) == 0
-    assert (tmp_path / "out" / "small" / "job.inp").read_text().count("*STEP\n") == 3
+    deck = (tmp_path / "out" / "small" / "job.inp").read_text()
+    assert deck.count("*STEP\n") == 3
+    assert [line for line in deck.splitlines() if line in ("0.25,0.25", "0.5,0.5")] == ["0.25,0.25"] * 2 + ["0.5,0.5"]
     weighed = STATES + "load weight = gravity(9.81 m/s^2, direction = -z)\n"
     (tmp_path / "two").mkdir()
     assert exported(weighed, "calculix", tmp_path / "two") == 0

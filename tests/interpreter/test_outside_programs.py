@@ -21,6 +21,8 @@ from softmark.interpreter.models.outside.adapters import PROGRAMS, adapter, calc
 from softmark.interpreter.models.outside.adapters.packaged import Package, problem_in
 from softmark.interpreter.models.outside.problem import Answer, NotSettled, Problem
 from softmark.interpreter.models.outside.words import Outside
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.terminal import table
 from softmark.interpreter.run import pipeline
 
 # the silicone beam of 2008, bent by 12 to 14 degrees: so far that finite strain is another answer
@@ -271,6 +273,28 @@ def test_digits_that_an_answer_has_not_are_told_from_a_wrong_one(
     assert run(text).models["theirs"].status == status
     monkeypatch.setattr(fake, "read", lambda folder: Answer(read(folder).u, None, 1))
     assert run(text).models["theirs"].status == ("not_converged" if said > 1e-5 else "converged")
+
+
+@pytest.mark.slow
+def test_a_page_says_what_is_a_bound_what_is_left_out_and_which_versions(tmp_path: Path) -> None:
+    if not installed("calculix"):
+        pytest.skip("CalculiX is not installed")
+    text = (
+        BLOCK.replace("scikit_fem", "calculix")
+        .replace("time = 1 s", "time = 60 s")
+        .replace("memory = 0.5", "memory = 4")
+    )
+    report = run(f"{text}model other = outside(scikit_fem, hex20, strain = small, size = 5 mm)\n")
+    page, shown = render(report), table(report, terminal=False)
+    assert report.models["theirs"].time["solve_s"].most
+    assert "≤ " in page
+    assert "of its whole process: an upper bound" in page
+    assert f"CalculiX {calculix.version()}" in page
+    assert "unsupported" in page
+    assert "element = hex20 (its adapter has tet4, tet10, hex8, hex27)" in page
+    assert "<= " in shown
+    assert "unsupported" in shown
+    assert "was not met" not in page
 
 
 @pytest.mark.slow

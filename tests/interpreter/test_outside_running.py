@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import textwrap
 import time
@@ -130,6 +131,25 @@ def test_what_is_busy_without_us_ends_by_itself(tmp_path: Path) -> None:
         print(resource.getrlimit(resource.RLIMIT_CPU), resource.getrlimit(resource.RLIMIT_CORE))
     """, 0.5)  # fmt: skip
     assert end.last == ("(2, 2) (0, 0)",)
+
+
+@pytest.mark.slow
+def test_it_goes_where_we_go(tmp_path: Path) -> None:
+    """We are killed, as a worker is that takes too long: nothing of ours is left to look at a clock."""
+    (tmp_path / "program.py").write_text("import os, time\nopen('pid', 'w').write(str(os.getpid()))\ntime.sleep(60)")
+    ours = f"""
+        from pathlib import Path
+        from softmark.interpreter.models.outside.running import run
+        run([{sys.executable!r}, "-I", "-S", "program.py"], Path({str(tmp_path)!r}), 60.0, 1e9)
+    """
+    worker = subprocess.Popen([sys.executable, "-c", textwrap.dedent(ours)])
+    for _ in range(500):
+        if (tmp_path / "pid").exists() and (tmp_path / "pid").read_text():
+            break
+        time.sleep(0.02)
+    worker.kill()
+    worker.wait()
+    assert gone(int((tmp_path / "pid").read_text()))
 
 
 @pytest.mark.slow

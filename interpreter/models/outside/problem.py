@@ -71,6 +71,7 @@ class Problem:
     forces: Floats
     shares: tuple[float, ...] = (1.0,)
     tolerance: float = 1e-8  # of the residual
+    values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
     motion: Motion | None = None
 
 

@@ -1,10 +1,9 @@
 """Running another program: in a folder, a process group and limits of its own, with an end that is always known.
 
-Address space, CPU time, the size of a file and core dumps are limited by the kernel (`ulimit` of POSIX's shell, which
-is setrlimit(2), before the program takes the shell's place); wall-clock time and what it says are limited here. A
-program that leaves processes behind leaves none: those of its group are killed, and those that went out of it are
-known by a mark in their environment (Linux). Whatever a program says is text from a stranger: it is kept up to a size,
-and shown in few lines without control characters.
+Address space, CPU time, the size of a file and core dumps are limited by the kernel (`launching.py`), wall-clock time
+and what it says here. A program that leaves processes behind leaves none: those of its group are killed, and those that
+went out of it are known by a mark in their environment (Linux); where we are killed ourselves, it is as well. What a
+program says is text from a stranger: it is kept up to a size, and shown in few lines without control characters.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ import resource
 import select
 import signal
 import subprocess
+import sys
 import time
 import uuid
 from collections.abc import Callable, Mapping, Sequence
@@ -29,15 +29,14 @@ How = Literal["done", "timed_out", "flooded", "out_of_memory", "died", "unstarte
 
 LOG = "log.txt"  # in the folder: what it said
 MOST = 2**20  # bytes that it may say
-FILE = 2**32  # bytes of a file that it may write
+FILE = 0.25  # of its memory: what one of its files may have, which is read here
 LINES, WIDE = 8, 160  # of its last words: how many, and of how many characters each
 TICK = 0.02  # s between two looks
 GRACE = 2.0  # s that what was killed may take to go
 ROUNDS = 5  # of looking for processes that it left behind, which may start others meanwhile
 MARK = "SOFTMARK_OUTSIDE"  # in the environment of all that a program starts
 ALONE = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS", "NUMBA", "NGS", "VECLIB")}
-# the size of a file in blocks of 512 bytes (POSIX), the address space in KiB, the CPU time in s
-LIMITED = 'ulimit -c 0 && ulimit -f "$1" && ulimit -v "$2" && ulimit -t "$3" && shift 3 && exec "$@"'
+LAUNCH = (sys.executable, "-I", "-S", str(Path(__file__).with_name("launching.py")))
 
 _ESCAPES = re.compile(r"\x1b(\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(\x07|\x1b\\)?|.)?", re.S)
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
@@ -85,10 +84,8 @@ def run(
     `threads` in twice the wall time, in case nobody is left to look at the clock.
     """
     mark = uuid.uuid4().hex
-    cpu = math.ceil(2 * seconds * threads) + 1
-    asked = ((resource.RLIMIT_FSIZE, FILE, 512), (resource.RLIMIT_AS, memory, 1024), (resource.RLIMIT_CPU, cpu, 1))
-    limits = (str(math.floor(_allowed(which, size) / unit)) for which, size, unit in asked)
-    whole = ["/bin/sh", "-c", LIMITED, "sh", *limits, *map(str, command)]
+    limits = (FILE * memory, memory, 2 * seconds * threads + 1)
+    whole = [*LAUNCH, *(str(math.ceil(n)) for n in (os.getpid(), *limits)), *map(str, command)]
     begin = time.monotonic()
     try:
         child = subprocess.Popen(
@@ -103,12 +100,6 @@ def run(
         _killed(child, mark)
     spent = None if usage is None else usage.ru_utime + usage.ru_stime
     return _end(how, status, time.monotonic() - begin, spent, last_words(folder / LOG), (seconds, memory, most))
-
-
-def _allowed(which: int, asked: float) -> float:
-    """A limit, or the one that we are under ourselves where that is less: nobody but root may raise it."""
-    _, own = resource.getrlimit(which)
-    return asked if own == resource.RLIM_INFINITY else min(asked, own)
 
 
 def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mark: str) -> dict[str, str]:

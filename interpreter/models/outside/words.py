@@ -14,7 +14,6 @@ from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerLength
 from softmark.records import dataclass
-from softmark.solvers.elements import PLANE, WORDS, sliced
 from softmark.solvers.materials import MATERIALS
 
 if TYPE_CHECKING:
@@ -161,10 +160,8 @@ class Outside(Model):
 
     def _of_program(self, case: Case) -> Iterator[Reason]:
         program = self.told
-        if self.element not in WORDS or sliced(self.element) not in program.elements:
-            known = ", ".join(program.elements)
-            plane = f", of which {self.element} is no slice" if self.element in PLANE else ""
-            yield f"element = {self.element}", f"its adapter has {known}{plane}"
+        if self.element not in program.elements:
+            yield f"element = {self.element}", f"its adapter has {', '.join(program.elements)}"
         laws = program.laws.get(self.strain, ())
         if not laws:
             yield f"strain = {self.strain}", f"its adapter has strain = {' and '.join(program.laws)}"

@@ -107,7 +107,9 @@ def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
     if found := form(to).refuses(each[-1][0]):
         raise Untold(found)
     shares = _shares([problem for problem, _ in each])
-    return each if shares is None else [(replace(each[-1][0], shares=shares), each[-1][1])]
+    if shares is None:
+        return each
+    return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
 
 
 def _followed(scene: Scene, name: str) -> Iterator[Reason]:

@@ -1,6 +1,6 @@
 """A file for each program: how it is told, run and read; what it can do stands here, so that words import none of them.
 
-An adapter is a module `adapters/NAME.py` with
+An adapter is a module here, called as its program is, with
     install                    in words, how to install what it needs
     version()                  its number, None where it is not installed
     refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason

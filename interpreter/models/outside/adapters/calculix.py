@@ -12,9 +12,11 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
 
 if TYPE_CHECKING:
@@ -46,10 +48,13 @@ LOG = "log.txt"  # what it said
 MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
 VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
-LEAST_SPARE = 1e-4  # of 1 - 2 nu: nearer to incompressible it changes D1 by itself, without a word
+LEAST_SPARE = 1e-4  # of 1 - 2 nu: at 2e-4 it is ours to 2e-9, at 2e-5 it comes to no equilibrium (version 2.20)
+SAID, WIDE = 4, 160  # of its errors and warnings: how many are told, and of how many characters each
 PRINTED = 5e-7  # of a number: half of the last of 7 digits
+CLOCK = 1e-5  # of the time that it has reached, which it tells with 6 digits
 TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
 _TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
+_PERIOD = re.compile(r"^\*STATIC\n[^,\n]*,([^,\n]*)", re.M)
 _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 
@@ -79,7 +84,7 @@ def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
     elif stuff.choices.get("volumetric", "squared") != "squared":
         yield f"volumetric = {stuff.choices['volumetric']}", "its energy of a change of volume is K/2 (J - 1)^2"
     elif stuff.law in _LAWS and 1.0 - 2.0 * stuff.constants["poisson"] < LEAST_SPARE:
-        yield f"poisson = {stuff.constants['poisson']:g}", "it makes softer what is so near to incompressible"
+        yield f"poisson = {stuff.constants['poisson']:g}", "it comes to no equilibrium so near to incompressible"
 
 
 # ------------------------------------------------------------------ writing
@@ -104,8 +109,8 @@ def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
         yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
     yield from (*sets, *_sets(problem))
     yield "*RESTART, WRITE, FREQUENCY=1"
-    for share in problem.shares:
-        yield from _step(problem, share)
+    for share, period in zip(problem.shares, _periods(problem), strict=True):
+        yield from _step(problem, share, period)
 
 
 def number(value: float) -> str:
@@ -162,10 +167,16 @@ def _sets(problem: Problem) -> Iterator[str]:
             yield from ("*BOUNDARY", f"HELD{c + 1},{c + 1},{c + 1}")
 
 
-def _step(problem: Problem, share: float) -> Iterator[str]:
+def _periods(problem: Problem) -> list[float]:
+    """How long each step takes: where states of a scene rise, each is at the time that it is called; else 1."""
+    rising = [b - a for a, b in pairwise((0.0, *problem.values_of_states))]
+    return rising if len(rising) == len(problem.shares) and min(rising) > 0.0 else [1.0] * len(problem.shares)
+
+
+def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
     finite = problem.strain == "finite"
-    yield "*STEP, NLGEOM, INC=10000" if finite else "*STEP"
-    yield from ("*STATIC", "0.1,1.,1e-6") if finite else ("*STATIC",)
+    yield from ("*STEP, NLGEOM, INC=10000", "*STATIC") if finite else ("*STEP", "*STATIC")
+    yield f"{0.1 * period:.12g},{period:.12g},{1e-6 * period:.12g}" if finite else f"{period:.12g},{period:.12g}"
     if finite:  # residual and correction, by their means, at which an iteration is the last: 0.005 and 0.01 by default
         yield from ("*CONTROLS, PARAMETERS=FIELD", f"{problem.tolerance:.3e},1e-4")
     moved = np.flatnonzero(problem.values)
@@ -203,13 +214,16 @@ def command(folder: Path) -> list[str]:
 def read(folder: Path) -> Answer:
     """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
     log = _text(folder / LOG) if (folder / LOG).exists() else ""
-    said = "; ".join(dict.fromkeys(" ".join(own.split()) for own, _ in _TROUBLE.findall(log)))
+    said = _said(log)
     told = _text(folder / f"{JOB}.inp")
-    asked, count = len(re.findall(r"^\*STEP", told, re.M)), told.partition("*ELEMENT")[0].count("\n") - 2
+    periods = [float(own) for own in _PERIOD.findall(told)]
+    asked, count = len(periods), told.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
     printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
-    if reached < asked * (1.0 - 1e-9):
-        why = f"it came to {max(0.0, reached - asked + 1):.3g} of the load of the last state that it began"
+    if not iterations:
+        raise NoAnswer(f"it has not begun to solve{': ' if said else ''}{said}")
+    if reached < sum(periods) * (1.0 - CLOCK):
+        why = f"it came to {reached / sum(periods):.3g} of its way through the states"
         raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
     if len(printed) != asked:
         raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
@@ -225,6 +239,14 @@ def read(folder: Path) -> Answer:
     return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
 
 
+def _said(log: str) -> str:
+    """Its errors and then its warnings, the first SAID of them on one line."""
+    found = sorted(dict.fromkeys((kind, " ".join(own.split())[:WIDE]) for own, kind in _TROUBLE.findall(log)),
+                   key=lambda own: own[0])  # fmt: skip
+    more = f"; and {len(found) - SAID} more" if len(found) > SAID else ""
+    return visible("; ".join(text for _, text in found[:SAID]) + more)
+
+
 def _text(path: Path) -> str:
     """A file of its own. Raises NoAnswer where there is none."""
     try:
@@ -234,7 +256,7 @@ def _text(path: Path) -> str:
 
 
 def _progress(path: Path) -> tuple[int, float]:
-    """Iterations in all, and the time that was reached, one for each step. Raises NoAnswer."""
+    """Iterations in all, and the time that was reached. Raises NoAnswer."""
     rows = [line.split() for line in _text(path).splitlines()[2:]]
     try:
         kept = [row for row in rows if not row[2].endswith("U")]
@@ -272,12 +294,16 @@ def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
 
 def _records(path: Path, size: int) -> Iterator[bytes]:
     """Records of a size, in bytes, of an unformatted file of Fortran; up to where it is none."""
-    data = path.read_bytes() if path.exists() else b""
-    at = 0
-    while at + 8 <= len(data):
-        length = int.from_bytes(data[at : at + 4], "little", signed=True)
-        if length < 0 or data[at : at + 4] != data[at + 4 + length : at + 8 + length]:
-            return
-        if length == size:
-            yield data[at + 4 : at + 4 + length]
-        at += 8 + length
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        while len(head := file.read(4)) == 4:
+            length = int.from_bytes(head, "little", signed=True)
+            if length < 0:  # of records in several parts, beyond 2 GB
+                return
+            whole = file.read(size) if length == size else b""
+            file.seek(length - len(whole), 1)
+            if file.read(4) != head:
+                return
+            if length == size:
+                yield whole
