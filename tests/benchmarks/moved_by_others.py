@@ -13,7 +13,8 @@ below 100 % it keeps up.
 
 Measured with MuJoCo 4.0.0 and Newton 1.8.0 (Warp 1.19), 612 unknowns, nu = 0.49. Two cores shared with other work:
 times to a factor of two. Of each case: error %, of MuJoCo to its own law %, tip at the end mm, ms a step; the law is
-13.5 % and 29 mm of `release`, 3.5 % and 2.1 mm of `hang`. `ours` is finite strain solved to 1e-6, `turning` corotational.
+13.5 % and 29 mm of `release`, 3.5 % and 2.1 mm of `hang`. `ours` is finite strain solved to 1e-6, `turning` is
+corotational; -: not measured.
 
                         step  its  release                        hang
     ours                 20 ms          14.4           17.3   13.6      3.08           0.01   9.33
@@ -52,11 +53,13 @@ times to a factor of two. Of each case: error %, of MuJoCo to its own law %, tip
     newton_xpbd         0.1 ms   10     40.9            150   12.5         -              -      -
     newton_xpbd         0.1 ms   50     54.5            127   17.7         -              -      -
 
-What it says. MuJoCo's flex is St Venant's and Kirchhoff's solid: it comes to rest exactly where that does, and its
-steps, linear in each, lag as one Newton iteration of ours does (17 against 11 % at 5 ms, 33 against 28 at 10). Its
-usual step of 2 ms needs 20 to 50 iterations at this Poisson's ratio and then is in real time, 9.5 % from the motion of
-its law; with 10 or fewer the beam is soft, 46 % off, and the program warns. Where we lose: of finite strain a step of
-2 ms of ours took up to four times as long as MuJoCo's 50 iterations, and `release` is in real time from 10 ms on alone. Where we do not: corotational steps of 5 ms take less time than any of these, with half the error.
+What it says. MuJoCo's flex is St Venant's and Kirchhoff's solid: what is left of it at rest is what the laws differ by,
+and its steps, linear in each, lag as one Newton iteration of ours does (17 against 11 % at 5 ms, 33 against 28 at 10).
+Its usual step of 2 ms needs 20 to 50 iterations at this Poisson's ratio, and then is in real time, 9.5 % from the
+motion of its law; with 10 or fewer it is 46 % off and more, and the program warns. Where we lose: a step of 2 ms in
+finite strain took ours up to four times as long as MuJoCo its 50 iterations, and `release` is in real time with steps
+of 10 ms and more alone. Where we do not: corotational steps of 5 ms take a quarter of the time that passes, with half
+of the error.
 Newton's block descent comes to the motion (0.7 % over 0.1 s at nu = 0.3, with 20 sweeps in each 2 ms), but here 50
 sweeps are 23 % off and 24 times real time, on a processor: it is made for graphics cards. Its position based dynamics
 burst with steps of 0.2 ms and more and the usual relaxation; at 0.1 ms more iterations come no nearer, for tr C - 3 has
