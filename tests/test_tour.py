@@ -13,7 +13,9 @@ import pytest
 from scipy.optimize import brentq
 
 import softmark
+from softmark.interpreter.cli.conformance.plugin import conformance
 from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.front.plugins import TABLES
 from softmark.solvers.materials import MATERIALS
 
 ROOT = Path(__file__).parents[1]
@@ -85,6 +87,33 @@ def test_files_that_a_folder_names_are_in_it(file: Path) -> None:
     for name in re.findall(r"(?<![\w/])([\w/]+\.(?:py|css|js|json))\b", told):
         places = [file.parent, *file.parents[1:4]]
         assert any((place / name).is_file() for place in places), f"{file} names {name}, which is gone"
+
+
+def of_others(folder: Path) -> softmark.LoadedScene:
+    (folder / "others.py").write_text(block("python plugin"), encoding="utf-8")
+    return softmark.loads(block("scene plugin"), plugins=folder / "others.py")
+
+
+def test_the_plugin_adds_one_of_each(tmp_path: Path) -> None:
+    """A bar under its own weight a along it moves by rho a L^2 / (2 E) at its end, as the words of its cell say."""
+    scene = of_others(tmp_path)
+    words = scene.scene.vocabulary.plugins[0].words
+    assert {*words, "adapter", "shape"} == {kind for kind, *_ in TABLES.values()}
+    far = scene.run(models="one").models["one"].metrics["far"].value
+    assert far == pytest.approx(1000.0 * 2.0 * 0.04**2 / (2.0 * 60e3), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_the_plugin_runs_and_its_contracts_are_tried(tmp_path: Path) -> None:
+    """Hexahedra of finite strain are off by half that strain, 0.04 %; a program that answers zeros is found out."""
+    report = of_others(tmp_path).run()
+    status = {name: model.status for name, model in report.models.items()}
+    assert status == {"cells": "converged", "one": "converged", "zeros": "not_converged"}
+    assert report.exit_status == 3  # for that one
+    assert [e.passed for e in report.expectations] == [True, True]
+    tried = conformance(str(tmp_path / "others.py"))
+    assert [d.message.partition(" breaks")[0] for d in tried.diagnostics] == ["`adapter copycat`"]
+    assert len(tried.words) == 7
 
 
 def test_the_material_can_be_added_and_runs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
     "export": ("export", "write models as files for another program, with an exam sheet"),
+    "conformance": ("conformance", "put somebody's plugin through the contracts of its words"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
@@ -36,7 +37,9 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
-COMPUTING = frozenset({"run", "judge", "compare", "stress", "export"})  # what loads numpy, scipy and numba
+COMPUTING = frozenset(
+    {"run", "judge", "compare", "stress", "export", "conformance"}
+)  # what loads numpy, scipy and numba
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -70,12 +73,22 @@ def _guarded(arguments: list[str]) -> int:
             _silenced()
             print(f"error: {said}", file=sys.stderr)
             return 3
+        if said := _of_another(error):
+            print(f"error: {said}", file=sys.stderr)
+            return 3
         print(
             f"error: softmark itself failed ({type(error).__name__}: {error})"
             "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened.",
             file=sys.stderr,
         )
         return 70
+
+
+def _of_another(error: Exception) -> str | None:
+    """What is said where a plugin failed in a place that no model or metric stands for."""
+    plugins = sys.modules.get("softmark.interpreter.language.plugins")
+    said = plugins.blamed(error) if plugins else None
+    return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
 
 
 def _silenced() -> None:

@@ -57,11 +57,12 @@ class LoadedScene:
         return report_of(Sound(self.scene, self.warnings), Options(only=only, repeat=int(repeat), free=True))
 
 
-def load(file: str | Path, /, **parameters: str | float) -> LoadedScene:
+def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: str | float) -> LoadedScene:
     """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    `parameters` replace those of the scene: texts, or numbers where they have no unit. Raises SceneError with every
-    diagnostic if something is wrong, BadArgument for a value of another type, FileNotFoundError if there is no such
+    `parameters` replace those of the scene: texts, or numbers where they have no unit. `plugins` are files of
+    others, or names of installed ones, whose words it may use. Raises SceneError with every diagnostic if something is
+    wrong, BadArgument for a value of another type, FileNotFoundError if there is no such
     scene.
     """
     from softmark.interpreter.face.arguments import place
@@ -72,22 +73,28 @@ def load(file: str | Path, /, **parameters: str | float) -> LoadedScene:
         source = read(path)
     except Missing as missing:
         raise FileNotFoundError(f"{missing.reason}. {missing.remedy}") from missing
-    return _loaded(source, path.parent, path, parameters)
+    return _loaded(source, path.parent, path, parameters, plugins)
 
 
-def loads(text: str, /, **parameters: str | float) -> LoadedScene:
+def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: str | float) -> LoadedScene:
     """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
     from softmark.interpreter.face import arguments
 
     arguments.text("text", text, "the text of a scene")
-    return _loaded(Source("<text>", text), Path(), None, parameters)
+    return _loaded(Source("<text>", text), Path(), None, parameters, plugins)
 
 
-def _loaded(source: Source, folder: Path, file: Path | None, parameters: Mapping[str, object]) -> LoadedScene:
-    from softmark.interpreter.face.arguments import override
+def _loaded(
+    source: Source,
+    folder: Path,
+    file: Path | None,
+    parameters: Mapping[str, object],
+    plugins: Sequence[str | Path],
+) -> LoadedScene:
+    from softmark.interpreter.face import arguments
 
-    overrides = [override(name, value) for name, value in parameters.items()]
-    scene, diagnostics = checked(source, folder, file, overrides)
+    overrides = [arguments.override(name, value) for name, value in parameters.items()]
+    scene, diagnostics = checked(source, folder, file, overrides, plugins=arguments.places("plugins", plugins))
     if any(d.severity == "error" for d in diagnostics) or scene is None:
         raise SceneError([d for d in diagnostics if d.severity == "error"])
     return LoadedScene(scene, tuple(diagnostics))

@@ -69,6 +69,16 @@ def place(name: str, value: object, what: str) -> Path:
     return Path(os.fspath(value))
 
 
+def places(name: str, value: object) -> tuple[str, ...]:
+    """Files, or names of what is installed: one, or several. Raises BadArgument."""
+    wanted = "a file or the name of an installed plugin, or several"
+    if isinstance(value, str | os.PathLike):
+        value = (value,)
+    if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
+        refuse(name, value, wanted)
+    return tuple(os.fspath(place(name, one, wanted)) for one in value)
+
+
 def models(value: object) -> tuple[str, ...]:
     """Names of models: one, or several. Raises BadArgument."""
     wanted = "the name of a model, or names of several"

@@ -39,7 +39,21 @@ CATALOGUE = Vocabulary(
 
 
 def compiled(
-    source: Source, folder: Path, file: Path | None = None, overrides: Sequence[str] = ()
+    source: Source, folder: Path, file: Path | None = None, overrides: Sequence[str] = (), plugins: Sequence[str] = ()
 ) -> tuple[Scene, list[Diagnostic]]:
-    """The scene of a text, and all diagnostics; it is complete only if none of them is an error."""
-    return compile_scene(source, folder, file, overrides, CATALOGUE)
+    """The scene of a text, and all diagnostics; it is complete only if none of them is an error.
+
+    `plugins` are files or names of plugins that it may take words of: what is wrong with them is said, too.
+    """
+    vocabulary, found = vocabulary_with(plugins)
+    scene, diagnostics = compile_scene(source, folder, file, overrides, vocabulary)
+    return scene, [*found, *diagnostics]
+
+
+def vocabulary_with(plugins: Sequence[str]) -> tuple[Vocabulary, list[Diagnostic]]:
+    """Our words and those of plugins, and what is wrong with these; nothing is loaded where none is named."""
+    if not plugins:
+        return CATALOGUE, []
+    from softmark.interpreter.front.plugins import vocabulary_of
+
+    return vocabulary_of(CATALOGUE, plugins)

@@ -14,13 +14,19 @@ from softmark.interpreter.language.scene import Scene
 
 
 def checked(
-    source: Source, folder: Path, file: Path | None, overrides: Sequence[str] = (), only: Sequence[str] = ()
+    source: Source,
+    folder: Path,
+    file: Path | None,
+    overrides: Sequence[str] = (),
+    only: Sequence[str] = (),
+    plugins: Sequence[str] = (),
 ) -> tuple[Scene | None, list[Diagnostic]]:
     """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
 
-    What other models cannot do is no error then, but for those that these are made from.
+    What other models cannot do is no error then, but for those that these are made from. `plugins` are files, or names
+    of installed ones, that it may take words of.
     """
-    scene, diagnostics = compiled(source, folder, file, overrides)
+    scene, diagnostics = compiled(source, folder, file, overrides, plugins)
     scene = replace(scene, chosen=needed(scene, only))
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)

@@ -75,6 +75,8 @@ class Binder:
             return found
         known = list(self.vocabulary[kind])
         others = self.vocabulary.find(name)
+        if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
+            raise self.place.fail("E730", node.function.span, *lost)
         meant = aliases.WORDS.get(name)
         close = meant if meant in known else nearest(name, known)
         if others:

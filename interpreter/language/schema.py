@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from softmark.interpreter.language import units
+from softmark.interpreter.language.plugins import Plugin
 from softmark.interpreter.language.units import Dimension
 from softmark.ranges import Range
 from softmark.records import dataclass
@@ -175,22 +177,34 @@ class Constructor:
         return next((f for f in self.fields if f.name == name), None)
 
 
+REMEDY = "mend the plugin; `dsl conformance` tries all of it"
+
+
 class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
     """Kind of declaration -> constructors: all that a scene can declare; a table is imported when it is asked for.
 
     `places`: of each kind the module under `softmark` and the name of its table there, in the order in which
     `dsl list` shows them. `elements`: the same of the constructors that take no arguments and stand as bare words.
+    `plugins` have further words, which stand behind ours.
     """
 
-    def __init__(self, places: Mapping[str, tuple[str, str]], elements: tuple[str, str]) -> None:
-        self._places, self._elements = places, elements
+    def __init__(
+        self, places: Mapping[str, tuple[str, str]], elements: tuple[str, str], plugins: tuple[Plugin, ...] = ()
+    ) -> None:
+        self._places, self._elements, self.plugins = places, elements, plugins
         self._made: dict[tuple[str, str], Constructor | None] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Vocabulary, (self._places, self._elements)
+        return Vocabulary, (self._places, self._elements, self.plugins)
+
+    def plus(self, plugin: Plugin) -> Vocabulary:
+        """The same with the words of a plugin."""
+        return Vocabulary(self._places, self._elements, (*self.plugins, plugin))
 
     def __getitem__(self, kind: str) -> Mapping[str, type[Any]]:
-        return _table(*self._places[kind])
+        own = _table(*self._places[kind])
+        theirs = [plugin.words[kind] for plugin in self.plugins if kind in plugin.words]
+        return ChainMap({}, *reversed(theirs), dict(own)) if theirs else own
 
     def __contains__(self, kind: object) -> bool:  # of Mapping, it would import the table
         return kind in self._places
@@ -209,8 +223,33 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         """The constructor `name` of a kind, or None."""
         if (kind, name) not in self._made:
             cls = self.get(kind, {}).get(name)
-            self._made[kind, name] = None if cls is None else Constructor(name, kind, cls, _fields(cls))
+            made = None if cls is None else Constructor(name, kind, cls, self._chosen(kind, name, cls))
+            self._made[kind, name] = made
         return self._made[kind, name]
+
+    def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
+        """The fields of a word, with the choices that plugins add to them."""
+        more = [(f, o) for p in self.plugins for (k, n, f), o in p.choices.items() if (k, n) == (kind, name)]
+        return tuple(
+            dataclasses.replace(f, options=f.options + tuple(o for own, all_ in more if own == f.name for o in all_))
+            for f in _fields(cls)
+        )
+
+    def owner(self, kind: str, name: str) -> Plugin | None:
+        """The plugin whose word this is, None of one of ours."""
+        return next((p for p in self.plugins if name in p.words.get(kind, ())), None)
+
+    def broken(self, kind: str, name: str) -> tuple[str, str, str] | None:
+        """Why a word of a plugin cannot be used: message, label and help; also where it may be one. None of others."""
+        for plugin in self.plugins:
+            if (why := plugin.broken.get((kind, name))) is not None:
+                message = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken: {why}"
+                return message, "a broken word", REMEDY
+        unread = next((p for p in self.plugins if p.unread), None)
+        if unread is None:
+            return None
+        message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` has it: {unread.unread}"
+        return message, f"not {article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:
         """Every constructor with this name, whatever its kind."""

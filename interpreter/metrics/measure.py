@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.language.plugins import blamed
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.curves import Course
 from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
@@ -171,7 +172,12 @@ def key_of(unit: str) -> str:
 
 def measured_by(thing: Metric, seen: Seen) -> Measurement:
     """What a metric makes of what it sees. Raises Undefined."""
-    return thing.measure(seen)
+    try:
+        return thing.measure(seen)
+    except Exception as error:
+        if (whose := blamed(error)) is None:
+            raise
+        raise Undefined(whose) from error
 
 
 def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:

@@ -6,9 +6,11 @@ building needs, and `prepare(model, declared, case, workshop)`, which raises Fau
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from softmark.interpreter.language.plugins import blamed
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
@@ -20,8 +22,20 @@ from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.models.springs.words import MassSpring
 from softmark.interpreter.problem.case import Case
+from softmark.records import dataclass
 
-BUILDERS: dict[type[Any], str] = {
+
+@dataclass(frozen=True)
+class Builder:
+    """What builds a model that is none of ours."""
+
+    load: Callable[[Any], None]
+    prepare: Callable[[Any, Declared, Case, Workshop], Prepared]
+
+
+PREPARED = ("size", "notes", "mesh", "assembly", "points", "forces", "outside", "warm", "after", "solve")
+
+BUILDERS: dict[type[Any], str | Builder] = {
     Fem: "softmark.interpreter.models.fem.build",
     Beam6Dof: "softmark.interpreter.models.beam.build",
     Frame6Dof: "softmark.interpreter.models.network.build",
@@ -56,10 +70,24 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     workshop.build = build
     builder = _builder(declared.thing)
     if case.remembers:
-        builder = import_module((SOAKED if case.porous else REMEMBERING)[type(declared.thing)])
-    prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
+        known = (SOAKED if case.porous else REMEMBERING).get(type(declared.thing))
+        builder = builder if known is None else import_module(known)
+    try:
+        prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
+        missing = [n for n in PREPARED if isinstance(builder, Builder) and not hasattr(prepared, n)]
+    except Exception as error:
+        if (whose := blamed(error)) is None:
+            raise
+        from softmark.interpreter.models.shared.unbuilt import Unbuilt
+
+        return Unbuilt(case, whose)
+    if missing:
+        from softmark.interpreter.models.shared.unbuilt import Unbuilt
+
+        return Unbuilt(case, f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`")
     return prepared
 
 
 def _builder(model: Any) -> Any:
-    return import_module(BUILDERS[type(model)])
+    known = BUILDERS[type(model)]
+    return known if isinstance(known, Builder) else import_module(known)

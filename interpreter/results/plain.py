@@ -37,7 +37,7 @@ class Plain:
     """A dataclass whose fields are the entries of a JSON object, in their order.
 
     `READ` has what makes more of an entry than JSON has, `NAMED` the entries that are called otherwise than their
-    field, and `SELDOM` the fields that are left out where they are None or False. What is written otherwise has
+    field, and `SELDOM` the fields that are left out where they are None, False or (). What is written otherwise has
     `entries` of its own.
     """
 
@@ -48,7 +48,7 @@ class Plain:
     def entries(self) -> Mapping[str, object]:
         """What is written, by name."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
-        said = {n: v for n, v in own.items() if n not in self.SELDOM or not (v is None or v is False)}
+        said = {n: v for n, v in own.items() if n not in self.SELDOM or not (v is None or v is False or v == ())}
         return {self.NAMED.get(n, n): v for n, v in said.items()}
 
     def to_json(self) -> dict[str, Any]:

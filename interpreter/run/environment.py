@@ -36,7 +36,14 @@ def describe(scene: Scene) -> dict[str, Any]:
         ],
         "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
         "overrides": list(scene.overrides),
-    }
+    } | _plugins(scene)
+
+
+def _plugins(scene: Scene) -> dict[str, Any]:
+    """Whose words it could take besides ours; nothing where there are none."""
+    named = scene.table.vocabulary.plugins if scene.table else ()
+    told = [{"name": p.name, "file": encodable(p.file), "sha256": p.sha256} for p in named]
+    return {"plugins": told} if told else {}
 
 
 def environment(started: datetime) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from softmark.interpreter.evidence.force_check import watched
 from softmark.interpreter.evidence.selection_error import reactions
 from softmark.interpreter.evidence.stress_notes import asks, unresolved
+from softmark.interpreter.language.plugins import blamed
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
@@ -207,7 +208,9 @@ def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        what = "out of memory" if isinstance(error, MemoryError) else f"{type(error).__name__}: {error}"
+        what = (
+            "out of memory" if isinstance(error, MemoryError) else blamed(error) or f"{type(error).__name__}: {error}"
+        )
         return Solution("failed", f"the solver stopped with an error ({what})", {}), wall, cpu
     return solution, wall, cpu
 

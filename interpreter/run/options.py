@@ -25,6 +25,7 @@ class Text:
     folder: Path
     file: Path | None = None  # that it was read from
     overrides: tuple[str, ...] = ()
+    plugins: tuple[str, ...] = ()  # files or names of plugins that it may take words of
 
 
 @frozen(frozen=True)

@@ -51,7 +51,7 @@ def report_of(given: Text | Sound, options: Options) -> Report:
 
 def sound_of(text: Text, options: Options) -> Sound:
     """A text parsed, compiled and checked; what is doubtful is shown. Raises SceneError with all that is wrong."""
-    scene, found = checked(text.source, text.folder, text.file, text.overrides, options.only)
+    scene, found = checked(text.source, text.folder, text.file, text.overrides, options.only, text.plugins)
     found = concerning(scene, options.only, found)
     if scene is None:
         raise SceneError(found)

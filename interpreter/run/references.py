@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.language import units
+from softmark.interpreter.language.plugins import blamed
 from softmark.interpreter.language.scene import Declared, SceneError
 from softmark.interpreter.metrics.curves import Curve
 from softmark.interpreter.models.prepare import from_a_model, measurement
@@ -50,7 +51,7 @@ def read(work: Work) -> None:
             except Exception as failure:  # whatever is wrong with a file, the models can still be computed
                 if os.environ.get("SOFTMARK_DEBUG"):
                     raise
-                _failed(work, work.scene.declared[name], str(failure))
+                _failed(work, work.scene.declared[name], blamed(failure) or str(failure))
 
 
 def _known_before(work: Work, name: str) -> bool:
@@ -116,7 +117,7 @@ def _reference(work: Work, declared: Declared) -> None:
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        _failed(work, declared, str(failure))
+        _failed(work, declared, blamed(failure) or str(failure))
 
 
 def _keep_refined(work: Work, declared: Declared) -> None:

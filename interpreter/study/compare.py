@@ -245,7 +245,7 @@ def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
     task = configuration.task
     job = TimingJob(
         configuration.key, configuration.model, file=task.shown, text=task.text, folder=task.folder,
-        overrides=task.overrides, label=f"{configuration.scene}: {configuration.label}",
+        overrides=task.overrides, label=f"{configuration.scene}: {configuration.label}", plugins=task.plugins,
     )  # fmt: skip
     return job if request.timeout is None else replace(job, timeout_s=request.timeout)
 

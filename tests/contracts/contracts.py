@@ -14,34 +14,30 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import pickle
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import count, product
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 import numpy as np
 from along_an_axis import check_swept
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.cli.commands.explain import _constructor
+from softmark.interpreter.cli.conformance import Breach
+from softmark.interpreter.cli.conformance.metrics import of_metric
+from softmark.interpreter.cli.conformance.trials import CLAMP, LOADED, LOOK
+from softmark.interpreter.cli.conformance.words import of_text, of_word
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.face.api import checked
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.language.schema import Constructor, _fields
-from softmark.interpreter.metrics.curves import Course, Curve
-from softmark.interpreter.metrics.measure import measured_by
-from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
-from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.builders import build, load
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import Case, case_for, case_of
 from softmark.interpreter.problem.points import place_of
-from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.report import ModelKind, ModelResult
 from softmark.interpreter.run.pipeline import Options, run
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
@@ -58,7 +54,6 @@ from softmark.interpreter.vocabulary.loads import (
 )
 from softmark.interpreter.vocabulary.supports import Support
 from softmark.records import dataclass
-from softmark.references.values import KnownValue
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 
 HERE = Path(__file__).parent  # for the tables that words name
@@ -72,20 +67,8 @@ NETWORK = BODY.replace(
     "solid(box(size = (40, 20, 20) mm, origin = (0, -10, -10) mm), gel)",
     "network([(0, 0, 0), (20, 0, 0), (40, 0, 0)] mm, members = [(1, 2), (2, 3)], material = gel, side = 20 mm)",
 )
-CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
-LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
 BEADS = 'reference beads = markers("beads.csv", unit = 1 mm, uncertainty = 0.1 mm)\n'
 
-LOADED = {  # one of each, as a scene has it; a new word needs none of these to be checked by itself
-    "gravity": "gravity(1 m/s^2)",
-    "tension": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
-    "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
-    "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
-    "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
-    "torque": "torque(bar, where = x >= 40 mm, moment = (0, 0, 1) uN*m)",
-    "line_load": "line_load(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, vector = (0, 0, -1) mN/m)",
-    "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
-}
 SUPPORTED = {
     "fixed": "fixed(bar, where = x >= 40 mm, components = (y, z))",
     "displaced": "displaced(bar, where = x >= 40 mm, by = (0, 0, 1) mm)",
@@ -134,40 +117,19 @@ def errors(found: list[Diagnostic]) -> list[str]:
 # ------------------------------------------------------------------ every word
 
 
+def kept(breaches: Iterable[Breach]) -> None:
+    """Nothing breaks the contract."""
+    assert [b.what for b in breaches if not b.untried] == []
+
+
 def check_word(cls: type[Any], kind: str, name: str) -> None:
     """Documented, frozen, annotated, explained."""
-    assert cls.__doc__, "say what it is"
-    first = cls.__doc__.strip().split("\n")[0]
-    assert 10 <= len(first) <= 120, first
-    assert first[0].isupper(), first
-    assert first.endswith("."), "the first line is a sentence"
-    assert dataclasses.is_dataclass(cls)
-    params: Any = cls.__dataclass_params__  # type: ignore[attr-defined]
-    assert params.frozen
-    hints = get_type_hints(cls, include_extras=True)
-    own = [f for f in dataclasses.fields(cls) if f.init]  # others follow from these
-    for f in own:
-        assert getattr(hints[f.name], "__metadata__", None), f"{f.name}: Annotated[type, unit or kind, meaning]"
-    word = Constructor(name, kind, cls, _fields(cls))
-    assert len(word.fields) == len(own)
-    for field in word.fields:
-        assert len(field.doc) > 3, field.name
-        assert not field.doc.endswith("."), f"{field.name}: a meaning, and no sentence"
-        if field.interval is not None and isinstance(field.default, int | float):
-            assert field.default in field.interval, f"{field.name}: its default is out of its range"
-        if field.form == "choice" and field.default is not None and not field.required:
-            assert field.default in field.options, field.name
-        assert field.expected, field.name
-    page = _constructor(word)
-    assert first in page
-    assert all(field.doc in page for field in word.fields)
+    kept(of_word(cls, kind, name))
 
 
 def check_text(thing: Any) -> None:
     """Its text is that of its values, the same in every process: results are known by it."""
-    assert " at 0x" not in repr(thing)
-    assert pickle.loads(pickle.dumps(thing)) == thing
-    assert hash(thing) == hash(dataclasses.replace(thing))
+    kept(of_text(thing))
 
 
 # ------------------------------------------------------------------ shapes
@@ -305,47 +267,9 @@ def check_probe(cls: type[Any], words: str) -> None:
 # ------------------------------------------------------------------ metrics
 
 
-def _at_rest(share: float) -> AtRest:
-    """A state of rest with one support and one load, all forces times a share."""
-    f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
-    return AtRest({"hold": Reaction(f, m, (0.0, 0.0, 0.0), m)}, {"push": share}, share)
-
-
 def check_metric(cls: type[Any], metric: Any, case: Case) -> None:
-    """A finite number with a unit or a reason; an error is zero of what agrees, more of what does not, in JSON's types.
-
-    `metric` is one of the class, `case` any case of a body.
-    """
-    from softmark.interpreter.language import units
-
-    units.parse(metric.unit)
-    X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
-    u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
-    rests = [_at_rest(share) for share in (1.0, 1.5)]
-    same, other = (Known("truth", v, lambda Y, v=v: np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0],
-                         at_rest=rest, curve=Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]),
-                         value=KnownValue(float(v[-1, 2]), 1e-5, "a table"))
-                   for v, rest in zip((u, 1.5 * u), rests, strict=True))  # fmt: skip
-    known = "against" in {f.name for f in dataclasses.fields(cls)}
-    told, course = [], Course(X[:, 0], u[:, 2], ("m", "m"))
-    for truth in (same, other) if known else (None,):
-        try:
-            own = Number(float(u[-1, 2]), "m")
-            seen = Seen("m", case, X, u, known=truth, at_rest=rests[0], curve=course, number=own)
-            found: Any = measured_by(metric, seen)
-        except Undefined as why:
-            found = why
-        if isinstance(found, Undefined):
-            assert len(str(found)) > 10, "why?"
-            continue
-        assert isinstance(found, Measurement)
-        assert np.isfinite(found.value)
-        assert isinstance(json.dumps(dict(found.details), default=lambda v: v.tolist()), str)
-        assert found.samples is None or found.samples.ndim == 1
-        told.append(float(found.value))
-    if len(told) == 2 and "statistic" not in {f.name for f in dataclasses.fields(cls)}:
-        assert told[0] <= 1e-12
-        assert told[1] > 1e-6
+    """A finite number with a unit or a reason; an error is zero of what agrees, and more of what does not."""
+    kept(of_metric(cls, metric, case))
 
 
 # ------------------------------------------------------------------ models

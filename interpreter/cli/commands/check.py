@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from softmark.interpreter.cli.commands.options import override_option
+from softmark.interpreter.cli.commands.options import override_option, plugin_option
 from softmark.interpreter.cli.commands.scenes import has_errors, load, show
 
 
@@ -15,6 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "files", nargs="+", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
     )
     override_option(parser)
+    plugin_option(parser)
     parser.add_argument(
         "--diagnostics",
         choices=("text", "json"),
@@ -29,7 +30,7 @@ def run(parsed: argparse.Namespace) -> int:
 
     status = 0
     for name in parsed.files:
-        scene, found = load(name, parsed.overrides)
+        scene, found = load(name, parsed.overrides, plugins=parsed.plugins)
         if parsed.diagnostics == "json":
             from softmark.grammar.diagnostic import to_json
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli.commands.options import folder as folder_name
-from softmark.interpreter.cli.commands.options import override_option
+from softmark.interpreter.cli.commands.options import override_option, plugin_option
 from softmark.interpreter.cli.commands.study_options import (
     again_options,
     carried_out,
@@ -32,6 +32,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     what = "scenes (files, standard scenes, or -), or two JSON files of `dsl run` or `dsl compare`: what has changed"
     parser.add_argument("files", nargs="+", metavar="FILE", help=what)
     override_option(parser)
+    plugin_option(parser)
     parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
     vary = "vary a parameter or a field (or `model=a,b`), in place of the scene's studies; several make a product"
     parser.add_argument("--vary", action="append", default=[], metavar="NAME=VALUE,...", help=vary)
@@ -129,7 +130,7 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubje
     found: list[SceneSubject] = []
     sound = True
     for name in parsed.files:
-        scene, diagnostics = load(name, parsed.overrides, parsed.model)
+        scene, diagnostics = load(name, parsed.overrides, parsed.model, parsed.plugins)
         progress.clear()
         if scene is None:
             show(diagnostics)

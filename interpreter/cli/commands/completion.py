@@ -5,18 +5,19 @@ from __future__ import annotations
 import argparse
 
 OPTIONS = {
-    "check": "-p --diagnostics",
-    "plan": "-p --model",
-    "run": "-p --model --out --json --junit --vtu --repeat",
-    "compare": "-p --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
+    "check": "-p --plugin --diagnostics",
+    "plan": "-p --plugin --model",
+    "run": "-p --plugin --model --out --json --junit --vtu --repeat",
+    "compare": "-p --plugin --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
     " --allow-contaminated",
-    "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
-    "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
-    "export": "-p --model --to --out",
+    "judge": "-p --plugin --as --unit --at --rest --time --within --by --body --out --json --junit",
+    "stress": "-p --plugin --model --study --out --json --jobs --timeout --memory --resume --fresh",
+    "export": "-p --plugin --model --to --out",
     "fmt": "--check",
     "new": "--list",
-    "explain": "",
-    "list": "",
+    "conformance": "",
+    "explain": "--plugin",
+    "list": "--plugin",
     "completion": "",
 }
 
@@ -34,7 +35,7 @@ def run(parsed: argparse.Namespace) -> int:
 
     words = sorted({*CATALOGUE, *(n for t in CATALOGUE.values() for n in t), *CATALOGUE.words()})
     script = {"bash": _bash, "zsh": _zsh, "fish": _fish}[parsed.shell]
-    print(script(list(standard_scenes()), words, list(_topics())))
+    print(script(list(standard_scenes()), words, list(_topics(CATALOGUE))))
     return 0
 
 

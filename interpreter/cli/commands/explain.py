@@ -10,9 +10,10 @@ import sys
 from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import distance, nearest
 from softmark.interpreter.cli import ranges
-from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.cli.commands.options import plugin_option
+from softmark.interpreter.front.catalogue import CATALOGUE, vocabulary_with
 from softmark.interpreter.language import aliases, units
-from softmark.interpreter.language.schema import Constructor, Field
+from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.references.reference import Reference
 
 CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
@@ -20,6 +21,7 @@ CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """NAME|CODE"""
+    plugin_option(parser)
     parser.add_argument(
         "name", metavar="NAME|CODE", help="a word of the language, such as `cylinder`, or a code, such as E204"
     )
@@ -27,7 +29,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Print the page of a constructor, a kind, a word, a unit or a code."""
-    text = page(parsed.name)
+    from softmark.interpreter.cli.commands.scenes import errors, show
+
+    words, found = vocabulary_with(parsed.plugins)
+    show(found)
+    if errors(found):
+        return 2
+    text = _of_plugins(words, parsed.name) or page(parsed.name)
     if text is None:
         close = _slip(parsed.name)
         said = ABSENT.get(parsed.name.lower()) or (f"did you mean `{close}`?" if close else _meant_unit(parsed.name))
@@ -141,6 +149,16 @@ def _unit(name: str) -> str | None:
     what = f"measures {kind}" if measure.dimension in units.NAMES else "measures what has no name of its own"
     what = "stands for a plain number" if measure.dimension == units.NONE else what
     return f"{name} (unit)\n\nIt {what}{size}.{prefixes}\nA unit stands right after its number, as in `5 {name}`."
+
+
+def _of_plugins(words: Vocabulary, name: str) -> str | None:
+    """The pages of a word that a plugin has, and of ours of that name; None of one that is ours alone."""
+    found = [(c, words.owner(c.kind, c.name)) for c in words.find(name)] if words.plugins else []
+    chosen = {(kind, word) for p in words.plugins for kind, word, _ in p.choices}
+    if not any(owner or (c.kind, c.name) in chosen for c, owner in found):
+        return None
+    pages = (_constructor(c) + (f"\n\nFrom the plugin {p.name}: class {c.cls.__name__}" if p else "") for c, p in found)
+    return "\n\n".join(pages)
 
 
 def page(name: str) -> str | None:

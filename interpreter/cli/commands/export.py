@@ -22,7 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Write models as files for another program, with an exam sheet; nothing is solved but references."""
-    scene, found = load(parsed.file, parsed.overrides, parsed.model)
+    scene, found = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     show(errors(found))
     if scene is None or errors(found):
         return 2

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
-from softmark.interpreter.cli.commands.options import folder, override_option
+from softmark.interpreter.cli.commands.options import folder, override_option, plugin_option
 
 if TYPE_CHECKING:
     from softmark.interpreter.run.options import Text
@@ -36,6 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     for name, (meaning, _) in FIELDS.items():
         parser.add_argument(f"--{name}", metavar=name.upper(), default="1 m" if name == "unit" else None, help=meaning)
     override_option(parser)
+    plugin_option(parser)
     parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
@@ -75,7 +76,7 @@ def _with(parsed: argparse.Namespace, names: list[str]) -> Text:
         for name, path in zip(names, parsed.results, strict=True)
     ]
     text = source.text.rstrip() + "\n\n# judged\n" + "\n".join(lines) + "\n"
-    return Text(Source(source.name, text), place, file, tuple(parsed.overrides))
+    return Text(Source(source.name, text), place, file, tuple(parsed.overrides), tuple(parsed.plugins))
 
 
 def _found(field: str, value: str) -> str:

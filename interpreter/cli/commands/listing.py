@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import visible
 from softmark.grammar.suggest import nearest
+from softmark.interpreter.cli.commands.options import plugin_option
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.schema import Constructor
+    from softmark.interpreter.language.schema import Constructor, Vocabulary
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,12 +20,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "what", nargs="?", help="models, materials, references, metrics, shapes, scenes, data, codes, units, ..."
     )
+    plugin_option(parser)
     parser.add_argument("--library", action="store_true", help="of materials: those of the library, with their ranges")
 
 
 def run(parsed: argparse.Namespace) -> int:
     """Names with one line each."""
-    topics = _topics()
+    from softmark.interpreter.cli.commands.scenes import errors, show
+    from softmark.interpreter.front.catalogue import vocabulary_with
+
+    words, found = vocabulary_with(parsed.plugins)
+    show(found)
+    if errors(found):
+        return 2
+    topics = _topics(words)
     what = parsed.what
     if what is None:
         print("dsl list WHAT, with WHAT one of: " + ", ".join(topics))
@@ -39,7 +48,7 @@ def run(parsed: argparse.Namespace) -> int:
         print("error: `--library` is of `dsl list materials`", file=sys.stderr)
         return 2
     rows = _library() if parsed.library else topics[what]()
-    width = max(len(name) for name, _ in rows)
+    width = max((len(name) for name, _ in rows), default=0)
     for name, text in rows:
         print(f"{name:<{width}}  {text}".rstrip())
     return 0
@@ -48,9 +57,7 @@ def run(parsed: argparse.Namespace) -> int:
 Rows = list[tuple[str, str]]
 
 
-def _topics() -> dict[str, Callable[[], Rows]]:
-    from softmark.interpreter.front.catalogue import CATALOGUE
-
+def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
     plural = {
         "body": "bodies",
         "analysis": "analyses",
@@ -59,18 +66,38 @@ def _topics() -> dict[str, Callable[[], Rows]]:
         "stiffness": "stiffnesses",
     }
     found: dict[str, Callable[[], Rows]] = {
-        plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(kind))  # type: ignore[misc]
-        for kind in CATALOGUE
+        plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]
+        for kind in words
     }
     own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes, "data": _data}
+    own["plugins"] = lambda: _plugins(words)
     return found | own | {"units": _units, "functions": _functions}
 
 
-def _constructors(kind: str) -> Rows:
-    from softmark.interpreter.front.catalogue import CATALOGUE
+def _constructors(words: Vocabulary, kind: str) -> Rows:
+    found = (words.constructor(kind, name) for name in words[kind])
+    return [(c.name, _kind(c) + c.summary + _whose(words, c)) for c in found if c is not None]
 
-    found = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
-    return [(c.name, _kind(c) + c.summary) for c in found if c is not None]
+
+def _whose(words: Vocabulary, c: Constructor) -> str:
+    """Of a word of somebody else whose it is."""
+    owner = words.owner(c.kind, c.name)
+    return f" [plugin {owner.name}]" if owner else ""
+
+
+def _plugins(words: Vocabulary) -> Rows:
+    """Those that were named, with what they have; and those that are installed, which are not loaded."""
+    from softmark.interpreter.front.plugins import installed
+
+    rows = []
+    for one in words.plugins:
+        own = [f"{kind} {w}" for kind, table in one.words.items() for w in table]
+        own += [f"adapter {w}" for all_ in one.choices.values() for w in all_]
+        why = [one.unread] * bool(one.unread) + [f"{kind} {w}: {why}" for (kind, w), why in one.broken.items()]
+        rows.append((one.name, "; ".join([", ".join(own) or "nothing", *(f"broken: {w}" for w in why)])))
+    named = {one.asked for one in words.plugins}
+    others = {n: module for n, module in installed().items() if n not in named}
+    return rows + [(n, f"installed ({module}); `--plugin {n}` takes its words") for n, module in others.items()]
 
 
 def _kind(c: Constructor) -> str:

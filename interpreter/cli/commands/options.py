@@ -9,7 +9,14 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]..."""
     parser.add_argument("file", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
     override_option(parser)
+    plugin_option(parser)
     parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+
+
+def plugin_option(parser: argparse.ArgumentParser) -> None:
+    """[--plugin FILE|NAME]..."""
+    meaning = "take words from somebody's file, or from an installed plugin by its name"
+    parser.add_argument("--plugin", action="append", default=[], dest="plugins", metavar="FILE", help=meaning)
 
 
 def folder(text: str) -> str:

@@ -16,7 +16,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Print the task graph; nothing is built."""
-    scene, found = load(parsed.file, parsed.overrides, parsed.model)
+    scene, found = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     show(errors(found))
     if scene is None:
         return 2

@@ -66,7 +66,7 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
     options = Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
                       free=True, beside=True)  # fmt: skip
     try:
-        text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides))
+        text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
         report = report_of(text, options)
     except Unread as unread:
         warn([unread.diagnostic])

@@ -37,7 +37,9 @@ def read_scene(name: str) -> tuple[Source, Path, Path | None]:
         raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
 
 
-def load(name: str, overrides: Sequence[str] = (), only: Sequence[str] = ()) -> tuple[Scene | None, list[Diagnostic]]:
+def load(
+    name: str, overrides: Sequence[str] = (), only: Sequence[str] = (), plugins: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
     """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
     from softmark.interpreter.front.load import checked
 
@@ -45,7 +47,7 @@ def load(name: str, overrides: Sequence[str] = (), only: Sequence[str] = ()) -> 
         source, folder, file = read_scene(name)
     except Unread as unread:
         return None, [unread.diagnostic]
-    return checked(source, folder, file, overrides, only)
+    return checked(source, folder, file, overrides, only, plugins)
 
 
 def coloured() -> bool:

@@ -63,7 +63,7 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter.front.requests import concerning
     from softmark.interpreter.study.expansion.variations import subject_of
 
-    scene, diagnostics = load(parsed.file, parsed.overrides, parsed.model)
+    scene, diagnostics = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     progress.clear()
     if scene is None:
         show(diagnostics)

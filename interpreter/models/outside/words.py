@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.outside.adapters import PROGRAMS, Program
+from softmark.interpreter.models.outside.adapters import PROGRAMS, Program, program
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerLength
@@ -96,7 +96,7 @@ class Outside(Model):
     @property
     def told(self) -> Program:
         """What is known of the program."""
-        return PROGRAMS[self.program]
+        return program(self.program)
 
     @property
     def constant(self) -> bool:  # type: ignore[override]

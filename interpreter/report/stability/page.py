@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 
 from softmark.interpreter.report.page.document import document, moment
 from softmark.interpreter.report.page.markup import count, listed, plain, prose, section, tag, text
@@ -54,17 +55,18 @@ def _silent(stress: Stress) -> str:
     """Every point that was wrong without a word, with the command that repeats it."""
     if not stress.silent:
         return ""
-    file = scene_name(stress.scene, "-")
+    file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
-        tag("li", tag("code", text(p.model)), ", ", prose(told(p)), _command(again(file, p))) for p in stress.silent
+        tag("li", tag("code", text(p.model)), ", ", prose(told(p)), _command(again(file, p, plugins)))
+        for p in stress.silent
     ]
     box = tag("div", tag("ul", *items), class_="callout bad")
     return section("silent", "Wrong without a word", box)
 
 
-def again(file: str, point: StressPoint) -> str:
+def again(file: str, point: StressPoint, plugins: Sequence[str] = ()) -> str:
     """The command that computes a point again."""
-    parts = ["dsl", "run", file]
+    parts = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
     parts += [part for n, t in point.texts.items() for part in ("-p", f"{n}={t}")]
     return shlex.join([*parts, "--model", point.model])
 

@@ -105,7 +105,8 @@ def _silent(found: Stress, file: str, overrides: Sequence[str], colour: bool) ->
     on, off = (RED, OFF) if colour else ("", "")
     yield f"{on}wrong, and nothing says so:{off}"
     for metric, point in silent[:MOST]:
-        command = ["dsl", "run", file]
+        plugins = (p["file"] for p in found.scene.get("plugins", ()))
+        command = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
         for text in (*overrides, *(f"{n}={all_visible(t)}" for n, t in point.texts.items())):
             command += ["-p", text]
         command += ["--model", point.model]

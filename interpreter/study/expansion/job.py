@@ -26,7 +26,8 @@ class TimingJob(Plain):
     `costly_s` in all is repeated three times only; one that is not done after `timeout_s` is ended.
     """
 
-    READ: ClassVar = {"overrides": tuple}
+    READ: ClassVar = {"overrides": tuple, "plugins": tuple}
+    SELDOM: ClassVar = ("plugins",)
 
     key: str
     model: str
@@ -40,6 +41,7 @@ class TimingJob(Plain):
     patience_s: float = 20.0
     costly_s: float = 60.0
     timeout_s: float = 600.0
+    plugins: tuple[str, ...] = ()  # that its words may be of
 
     @property
     def called(self) -> str:

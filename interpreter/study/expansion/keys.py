@@ -67,7 +67,8 @@ def words_of(declared: Declared) -> str:
     text = repr(declared.thing)
     for file in sorted(set(sources.files_of(declared.thing)), key=len, reverse=True):
         text = text.replace(repr(file), sources.of_file(file))
-    return f"{declared.kind} {declared.name} {declared.constructor.name} {text}\0"
+    whose = sources.of_plugin(type(declared.thing))
+    return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
 
 
 # ------------------------------------------------------------------ models that others refer to

@@ -28,8 +28,8 @@ class TruthAsked(Plain):
 class PointTask(Plain):
     """What performing one configuration needs: the text of the scene and the overrides."""
 
-    READ: ClassVar = {"models": tuple, "overrides": tuple, "truth": TruthAsked.from_json}
-    SELDOM: ClassVar = ("limit_s", "truth", "stated", "alone")
+    READ: ClassVar = {"models": tuple, "overrides": tuple, "truth": TruthAsked.from_json, "plugins": tuple}
+    SELDOM: ClassVar = ("limit_s", "truth", "stated", "alone", "plugins")
 
     key: str
     scene: str = ""  # its name
@@ -44,6 +44,7 @@ class PointTask(Plain):
     truth: TruthAsked | None = None
     stated: bool = False  # whether the model is asked what error it states
     alone: bool = False  # whether errors of other models are no affair of it
+    plugins: tuple[str, ...] = ()  # that its words may be of
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from softmark.interpreter.language.plugins import FILES
+from softmark.interpreter.language.schema import _fields
 
 PARTS = ("grammar", "interpreter", "references", "solvers")
 SILENT = ("cli", "report")  # parts of the interpreter that only speak of results
@@ -94,9 +98,17 @@ def files_of(thing: Any) -> Iterator[str]:
             yield from files_of(value)
 
 
+def of_plugin(cls: type[Any]) -> str:
+    """SHA-256 of the plugin that a class is from, "" of one of ours."""
+    file = getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
+    return f" {of_file(file)}" if file in FILES else ""
+
+
 @cache
 def _file_fields(cls: Any) -> frozenset[str]:
     """The fields of a constructor's class that hold the name of a file."""
+    if of_plugin(cls):
+        return frozenset(f.attribute for f in _fields(cls) if f.form in ("file", "files"))
     from softmark.interpreter.front.catalogue import CATALOGUE
 
     for kind, table in CATALOGUE.items():

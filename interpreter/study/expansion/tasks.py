@@ -114,7 +114,7 @@ def scene_of(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
     from softmark.interpreter.front.check import check
 
     source, file = Source(task.shown, task.text), Path(task.file) if task.file else None
-    scene, found = compiled(source, Path(task.folder), file, task.overrides)
+    scene, found = compiled(source, Path(task.folder), file, task.overrides, task.plugins)
     if not any(d.severity == "error" for d in found):
         scene = replace(scene, chosen=needed(scene, task.models))
         found += check(scene)

@@ -34,7 +34,16 @@ from softmark.interpreter.vocabulary.studies import Stability, Sweep
 from softmark.records import dataclass
 
 MOST = 100_000  # configurations of one comparison
-DESCRIBED = ("title", "file", "standard", "sha256", "text", "parameters", "overrides")  # of a scene, with results
+DESCRIBED = (
+    "title",
+    "file",
+    "standard",
+    "sha256",
+    "text",
+    "parameters",
+    "overrides",
+    "plugins",
+)  # of a scene, with results
 
 
 @dataclass(frozen=True)
@@ -76,7 +85,7 @@ class SceneSubject:
         known = describe(self.scene)
         if states := states_of(self.scene):  # of which a study looks at the last
             known["title"] = f"{known['title']}, in the last of {len(states)} states, {percent(states[-1])}"
-        return {"name": self.name, **{n: known[n] for n in DESCRIBED}}
+        return {"name": self.name, **{n: known[n] for n in DESCRIBED if n in known}}
 
 
 def subject_of(scene: Scene, taken: Sequence[str] = ()) -> SceneSubject:
@@ -297,4 +306,5 @@ def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
         key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,
         needed_models(scene, model) if sound else (model,), scene.source.text, scene.source.name,
         str(Path(scene.path).resolve()) if scene.path else None, str(subject.folder.resolve()), scene.overrides,
+        plugins=tuple(p.asked for p in scene.vocabulary.plugins),
     )  # fmt: skip

@@ -168,7 +168,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     except Missing as missing:
         raise Untimed(missing.reason) from missing
     folder = path.parent if path else Path(job.folder)
-    scene, found = compiled(source, folder, path, job.overrides)
+    scene, found = compiled(source, folder, path, job.overrides, job.plugins)
     if errors := [d for d in found if d.severity == "error"]:
         raise Untimed(f"{errors[0].code}: {errors[0].message}")
     declared = scene.of_kind("model").get(job.model)

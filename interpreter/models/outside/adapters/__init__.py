@@ -1,6 +1,6 @@
 """A file for each program: how it is told, run and read; what it can do stands here, so that words import none of them.
 
-An adapter is a module here, called as its program is, with
+An adapter is a module here, called as its program is, or that of a plugin, with
     install                    in words, how to install what it needs
     version()                  its number, None where it is not installed
     refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
@@ -72,8 +72,14 @@ PROGRAMS: Mapping[str, Program] = {
 }
 
 
+PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their words, each with its module
+
+
+def program(name: str) -> Program:
+    """What is known of a program. Raises KeyError for one that is in no table."""
+    return PROGRAMS[name] if name in PROGRAMS else PLUGGED[name][0]
+
+
 def adapter(name: str) -> Any:
     """The module of a program. Raises KeyError for one that is in no table."""
-    if name not in PROGRAMS:
-        raise KeyError(name)
-    return import_module(f"{__name__}.{name}")
+    return import_module(f"{__name__}.{name}") if name in PROGRAMS else PLUGGED[name][1]

@@ -1,0 +1,32 @@
+"""`dsl conformance`."""
+
+from __future__ import annotations
+
+import argparse
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.scenes import show
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE|NAME"""
+    parser.add_argument("file", metavar="FILE", help="a plugin: its file, or the name that it is installed by")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """0 if all of a plugin keeps the contracts of its words, 1 if something does not, 2 if there is no such plugin."""
+    from softmark.interpreter.cli.conformance.plugin import conformance
+
+    found = conformance(parsed.file)
+    show(found.diagnostics)
+    if any(d.code == "E731" for d in found.diagnostics):
+        return 2
+    untried = sum(d.code == "W732" for d in found.diagnostics)
+    said = "all contracts kept" if found.sound else "contracts are broken"
+    print(
+        visible(
+            f"{parsed.file}: {', '.join(found.words) or 'no word'}; {said}"
+            + (f", {untried} not tried" if untried else "")
+        )
+    )
+    return 0 if found.sound else 1

@@ -1,0 +1,66 @@
+"""What the law of every material keeps to: at unit scale, where a wrong digit shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.cli.conformance import Breach
+
+STEP = 1e-6  # of central differences
+NEAR = 1e-6  # of derivatives by differences: their step squared, and rounding over their step
+EXACT = 1e-9  # of what is nothing, or the same
+ROUNDS = 4  # random states, each near rest
+
+
+def of_law(law: Any, mu: float, lam: float) -> Iterator[Breach]:
+    """Of a law psi, P, dPdF over F (n, 3, 3), with constants near 1 Pa; `mu` and `lam` are its moduli at rest."""
+    with np.errstate(all="ignore"):
+        rest = np.eye(3)[None]
+        turn = _turn(0.7)
+        F = rest + 0.15 * np.random.default_rng(1).uniform(-1.0, 1.0, (ROUNDS, 3, 3))
+        psi, P, A = (np.asarray(f(F)) for f in (law.psi, law.P, law.dPdF))
+        if psi.shape != (ROUNDS,) or P.shape != (ROUNDS, 3, 3) or A.shape != (ROUNDS, 3, 3, 3, 3):
+            shapes = f"{psi.shape}, {P.shape}, {A.shape}"
+            yield Breach(f"of F (4, 3, 3) psi, P and dPdF are {shapes}", "they are (n,), (n, 3, 3), (n, 3, 3, 3, 3)")
+            return
+        if not all(np.isfinite(one).all() for one in (psi, P, A)):
+            yield Breach("it has no finite number at a strain of 0.15", "look for logarithms and roots of what is none")
+            return
+        if abs(float(law.psi(rest)[0])) > EXACT or np.abs(law.P(rest)).max() > EXACT:
+            yield Breach("at rest it has an energy or a stress", "subtract what psi and P are at F = 1")
+        by_psi, by_P = np.zeros_like(P), np.zeros_like(A)
+        for i, J in np.ndindex(3, 3):
+            d = np.zeros((1, 3, 3))
+            d[0, i, J] = STEP
+            by_psi[:, i, J] = (law.psi(F + d) - law.psi(F - d)) / (2.0 * STEP)
+            by_P[:, :, :, i, J] = (law.P(F + d) - law.P(F - d)) / (2.0 * STEP)
+        yield from _compared("P is not the slope of psi", P, by_psi)
+        yield from _compared("dPdF is not the slope of P", A, by_P)
+        if np.abs(law.psi(turn @ F) - psi).max() > EXACT * max(1.0, np.abs(psi).max()):
+            yield Breach("a turn changes its energy", "psi depends on F by C = F^T F alone")
+        yield from _moduli(np.asarray(law.dPdF(rest))[0], mu, lam)
+
+
+def _compared(what: str, own: Any, by_differences: Any) -> Iterator[Breach]:
+    off = float(np.abs(own - by_differences).max() / max(1.0, np.abs(own).max()))
+    if off > NEAR:
+        yield Breach(f"{what}: off by {off:.1e}", "differentiate it again; watch constants that are no whole numbers")
+
+
+def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
+    I = np.eye(3)
+    right = lam * np.einsum("iJ,kL->iJkL", I, I)
+    right = right + mu * (np.einsum("ik,JL->iJkL", I, I) + np.einsum("iL,Jk->iJkL", I, I))
+    off = float(np.abs(A - right).max() / np.abs(right).max())
+    if off > NEAR:
+        yield Breach(f"at rest its stiffness is not that of Hooke's law with `young` and `poisson`: off by {off:.1e}",
+                     "its second derivative at F = 1 has the moduli mu and lam")  # fmt: skip
+
+
+def _turn(angle: float) -> Any:
+    """A rotation about (1, 1, 1)."""
+    k = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / 3.0**0.5
+    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)

@@ -1,0 +1,20 @@
+"""A metric of somebody else."""
+
+from typing import Annotated
+
+from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.records import dataclass
+
+SOFTMARK = {"metrics": {"sway": "Sway"}}
+
+
+@dataclass(frozen=True)
+class Sway(OfDisplacements):
+    """How far the farthest point of a probe goes sideways."""
+
+    probe: Annotated[str, "probe", "where it is looked at"]
+    unit = "m"
+
+    def value(self, X, u, reference):
+        """Of displacements u (n, 3), m."""
+        return float(abs(u[:, 1]).max())
