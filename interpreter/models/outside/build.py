@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -17,12 +17,14 @@ from softmark.interpreter.models.fem import build as fem
 from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.outside import running
 from softmark.interpreter.models.outside.adapters import adapter
-from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.outside.moving import motion_of, shown
+from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 from softmark.interpreter.models.outside.running import End
 from softmark.interpreter.models.outside.telling import Untold, told
 from softmark.interpreter.models.outside.words import GB, Outside
-from softmark.interpreter.models.shared.prepared import Meshless, Moved, Prepared, Solution, Spent, Workshop
+from softmark.interpreter.models.shared.prepared import Meshless, Moved, Prepared, Solution, Spent, Status, Workshop
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.balance import out_of_balance
@@ -48,6 +50,7 @@ class PreparedOutside:
     declared: Declared
     case: Case
     solid: PreparedSolid
+    lost: ClassVar[Status] = "not_converged"  # where the program says itself that it found nothing
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -90,6 +93,15 @@ class PreparedOutside:
         """It starts from rest."""
         return self
 
+    def asked(self) -> Problem:
+        """What the program is told. Raises Untold."""
+        return told(self.solid, self.case)
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements (n, 3) under full load, m. Raises NoAnswer where they are none."""
+        found: Floats = states(answer, problem, len(problem.shares))[-1]
+        return found
+
     def solve(self, watch: Watch) -> Solution:
         """What the program answers, where it can be asked, is there, and its answer stands up to our equations."""
         known: dict[str, Any] = {"program": self.model.told.title}
@@ -97,7 +109,7 @@ class PreparedOutside:
         if (version := program.version()) is None:
             return Solution("skipped", f"{self.model.told.title} is not installed: {program.install}", known)
         try:
-            problem = told(self.solid, self.case)
+            problem = self.asked()
         except Untold as untold:
             return Solution("unsupported", self.model.words_of(untold.reasons), known)
         if reasons := program.refuses(problem):
@@ -116,9 +128,9 @@ class PreparedOutside:
             return Solution("failed", f"{model.told.title}: {end.message}", known)
         try:
             answer = program.read(folder)
-            u = looked_at(answer, problem)
+            u = self.looked_at(answer, problem)
         except NotSettled as why:
-            return Solution("not_converged", f"{model.told.title} says so itself: {why}", known)
+            return Solution(self.lost, f"{model.told.title} says so itself: {why}", known)
         except NoAnswer as none:
             words = f"; {end.words}" if end.last else ""
             return Solution("failed", f"{model.told.title}: {none}{words}", known)
@@ -179,15 +191,45 @@ class PreparedOutside:
         return replace(found, facts=facts, vibrations=vibrations.none(NOT_KNOWN))
 
 
-def looked_at(answer: Answer, problem: Problem) -> Floats:
-    """Displacements (n, 3) under full load, m. Raises NoAnswer where they are none."""
+@dataclass(frozen=True)
+class PreparedMoving(PreparedOutside):
+    """A body that a program moves; `solid` is the same of ours, at rest, which knows its mesh and its loads."""
+
+    motion: Motion
+    lost: ClassVar[Status] = "diverged"
+
+    @property
+    def assembly(self) -> Any:
+        """None: that is of a state of rest alone."""
+        return None
+
+    def asked(self) -> Problem:
+        """What the program is told. Raises Untold."""
+        return told(self.solid, self.case, motion=self.motion)
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements (t, n, 3) after the steps that were asked for, m. Raises NoAnswer where they are none."""
+        return states(answer, problem, len(self.motion.after))
+
+    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+        """Whether what is held stays is all that is asked of them: their model is their own."""
+        node, component = problem.held.T
+        slipped = float(np.abs(u[:, node, component] - problem.values).max(initial=0.0))
+        title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
+        if slipped > HELD * float(np.abs(u).max(initial=0.0)):
+            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+        return shown(self.motion, self.mesh, answer, u, known)
+
+
+def states(answer: Answer, problem: Problem, count: int) -> Floats:
+    """Displacements (count, n, 3), m. Raises NoAnswer where they are none."""
     u = np.asarray(answer.u)
-    wanted = (len(problem.shares), *problem.points.shape)
+    wanted = (count, *problem.points.shape)
     if u.shape != wanted:
         raise NoAnswer(f"its result has displacements of shape {u.shape}, and {wanted} are asked for")
     if not np.all(np.isfinite(u)):
         raise NoAnswer(f"{int((~np.isfinite(u)).sum())} of its {u.size} displacements are no numbers")
-    found: Floats = np.asarray(u[-1], dtype=np.float64)
+    found: Floats = np.asarray(u, dtype=np.float64)
     return found
 
 
@@ -232,5 +274,9 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) 
     """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
     if reasons := model.reasons(case):
         return Refused(model.words_of(reasons))
-    solid, _ = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    if isinstance(case.analysis, Dynamic):
+        masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
+        motion = motion_of(model, case.analysis, masses)
+        return cast(Prepared, PreparedMoving(model, declared, case, solid, motion))
     return cast(Prepared, PreparedOutside(model, declared, case, solid))

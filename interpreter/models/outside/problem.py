@@ -34,8 +34,27 @@ class Stuff:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """How a body moves from rest under its loads, all in full from the start: `count` steps of `step`, s, each.
+
+    States are asked for after so many steps each (t,), the first of which is 0. Damping is Rayleigh's, a M + b K.
+    """
+
+    step: float
+    count: int
+    after: Ints
+    masses: Floats  # (n,) kg, of nodes
+    damping_mass: float = 0.0  # a, 1/s
+    damping_stiffness: float = 0.0  # b, s
+    explicit: bool = False  # steps that solve nothing are asked for
+    iterations: int | None = None  # of a step; None: as many as the program takes by itself
+
+
+@dataclass(frozen=True)
 class Problem:
-    """A body at rest under dead loads, on a mesh. Nodes and cells count from 0, in the order of solvers/elements.
+    """A body at rest, or in `motion`, under dead loads, on a mesh.
+
+    Nodes and cells count from 0, in the order of solvers/elements.
 
     `held` (h, 2) are nodes and components (0, 1, 2), which move by `values` (h,), m, at full load; `forces` (n, 3), N,
     are those on all nodes at full load, of tractions and weight as softmark integrates them. `shares` (s,) of the load
@@ -53,14 +72,16 @@ class Problem:
     shares: tuple[float, ...] = (1.0,)
     tolerance: float = 1e-8  # of the residual
     values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
+    motion: Motion | None = None
 
 
 @dataclass(frozen=True)
 class Answer:
     """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
 
-    `settled` says whether its own log calls it converged, None where that says nothing. Its own clocks are in s, what
-    it does not tell is absent: `setup_s`, `solve_s`, `io_s`, and `whole_s` of one that tells all together.
+    Of a motion these are the states after the steps that were asked for. `settled` says whether its own log calls it
+    converged, None where that says nothing. Its own clocks are in s, what it does not tell is absent: `setup_s`,
+    `solve_s`, `io_s`, and `whole_s` of one that tells all together.
     """
 
     u: Floats
@@ -69,3 +90,5 @@ class Answer:
     clocks: Mapping[str, float] = field(default_factory=dict)
     said: str = ""  # what of its log a user should see
     rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
+    steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
+    unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.models.fem.words import Fem
@@ -16,13 +16,15 @@ from softmark.solvers.materials import WORDS
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.build import PreparedSolid
-    from softmark.interpreter.models.outside.problem import Problem, Stuff
+    from softmark.interpreter.models.outside.problem import Motion, Problem, Stuff
     from softmark.interpreter.models.shared.pieces import Piece
     from softmark.interpreter.problem.case import Case
 
 Reason = tuple[str, str]  # what cannot be told, and why
 
 _NO_TIME = "other programs are told of bodies at rest alone"
+_NO_REST = "it steps through time and solves for no state of rest: ask for the motion, by a dynamic analysis"
+_FROM_REST = "a motion is told from rest, under loads that act in full from the start"
 _NODAL = "what holds a body is told as displacements of its nodes"
 _DEAD = "forces are told as those on nodes of the undeformed body, and these would have to follow it"
 
@@ -35,17 +37,21 @@ class Untold(Exception):
         self.reasons = reasons
 
 
-def reasons(model: Any, case: Case) -> list[Reason]:
-    """What of a model (its words) and its case the neutral problem cannot say; nothing where all can be told."""
-    found = reasons_of_mesh(model, case)
+def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+    """What of a model (its words) and its case the neutral problem cannot say; nothing where all can be told.
+
+    `moves` is of a program that steps through time.
+    """
+    found = reasons_of_mesh(model, case, moves)
     return [*_of_model(model), *found, *reasons_of_loads(model, case)] if isinstance(model, Fem) else found
 
 
-def reasons_of_mesh(model: Any, case: Case) -> list[Reason]:
-    """The same of a mesh alone, with what holds and loads it at rest: how it is solved is others' own."""
+def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+    """The same of a mesh alone, with what holds and loads it: how it is solved is others' own."""
     if not isinstance(model, Fem):
         return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
-    return [*_of_analysis(case), *_of_body(case), *_of_supports(case)]
+    analysis = _of_motion(case) if moves else _of_analysis(case)
+    return [*analysis, *_of_body(case), *_of_supports(case)]
 
 
 def _of_model(model: Fem) -> Iterator[Reason]:
@@ -68,6 +74,22 @@ def _of_analysis(case: Case) -> Iterator[Reason]:
         yield f"path = {case.analysis.path}", "others are told of a load that is raised, and not of a path past its top"
     elif case.analysis.disturbed != "none":
         yield f"disturbed = {case.analysis.disturbed}", "others start from rest"
+
+
+def _of_motion(case: Case) -> Iterator[Reason]:
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic):
+        yield f"the {type(analysis).__name__.lower()} analysis", _NO_REST
+        return
+    for name in ("velocity", "spin"):
+        if any(getattr(analysis, name)):
+            yield name, _FROM_REST
+    for load in case.loads:
+        if load.thing.course is not None:
+            yield f"load `{load.name}`", _FROM_REST
+    for support in case.supports:
+        if support.thing.moves:
+            yield f"support `{support.name}`", "what holds a body in motion is told as nodes that stay"
 
 
 def _of_body(case: Case) -> Iterator[Reason]:
@@ -106,18 +128,20 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
             yield f"load `{load.name}`", _DEAD
 
 
-def told(prepared: PreparedSolid, case: Case, mesh: bool = False) -> Problem:
-    """The neutral problem of a static `fem(...)` model that is prepared for a case, or for one state of it.
+def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
+    """The neutral problem of a `fem(...)` model that is prepared for a case, or for one state of it.
 
-    Small strain takes the moduli of any material at rest, so that its law is `linear_elastic` there. With `mesh` it is
-    for that alone, and forces are those at rest. Raises Untold.
+    Small strain takes the moduli of any material at rest, so that its law is `linear_elastic` there. With a motion the
+    constants are those moduli too, beside the word of the law. With `mesh` it is for that alone, and forces are those
+    at rest. Raises Untold.
     """
     import numpy as np
 
     from softmark.interpreter.models.outside.problem import Problem
 
-    if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case):
+    if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
         raise Untold(found)
+    stuff = _stuff if motion is None else _moduli
     made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
     forces = sum((f for _, f in prepared.forces()), np.zeros_like(made.points))
     return Problem(
@@ -125,12 +149,19 @@ def told(prepared: PreparedSolid, case: Case, mesh: bool = False) -> Problem:
         cells=np.asarray(made.cells, dtype=np.int64),
         element=made.kind,
         strain=prepared.model.strain,
-        stuff=tuple(_stuff(own, prepared.model.strain, len(made.cells)) for own in prepared.pieces),
+        stuff=tuple(stuff(own, prepared.model.strain, len(made.cells)) for own in prepared.pieces),
         held=np.stack(np.divmod(fixed, 3), axis=1),
         values=np.asarray(prepared.problem.target, dtype=np.float64),
         forces=forces,
         tolerance=case.analysis.tolerance,
+        motion=motion,
     )
+
+
+def _moduli(own: Piece, strain: str, count: int) -> Stuff:
+    """A material by its moduli at rest, with the word of its law."""
+    law = next(word for word, kind in WORDS.items() if type(own.case.material) is kind)
+    return replace(_stuff(own, "small", count), law=law)
 
 
 def _stuff(own: Piece, strain: str, count: int) -> Stuff:

@@ -11,6 +11,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.outside.adapters import PROGRAMS, Program, program
 from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerLength
 from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS
@@ -41,8 +42,14 @@ class Outside(Model):
 
     `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
     mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
-    material. `scikit_fem` has all but hex20, and small strain alone. All are told of bodies at rest, which supports
-    hold at nodes, under loads that do not follow them.
+    material. `scikit_fem` has all but hex20, and small strain alone; `ngsolve` has tet4 and tet10, and small strain
+    alone. All are told of bodies at rest, which supports hold at nodes, under loads that do not follow them.
+
+    `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
+    strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.
+    Steps are of `step`, with `iterations` where they iterate. Damping is that of the analysis; the integrator is the
+    program's, of MuJoCo explicit where the analysis' is. A motion is not put into our equations: references and other
+    models judge it. One whose steps end after a number of iterations, whatever is left, is `capped`.
 
     What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
     and W710 when the scene is checked. Where it is not installed it is `skipped`, and the message says how to install
@@ -77,11 +84,14 @@ class Outside(Model):
     time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
     memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
     threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
+    step: Annotated[float | None, "s in (0, inf)", "its own step of a motion; that of the analysis if none"] = None
+    iterations: Annotated[int | None, "1 in [1, 100000]", "its iterations in a step; its own choice if none"] = None
 
     @property
     def solid(self) -> Fem:
         """Finite elements of ours on the same mesh: what its mesh, supports and loads are found by."""
-        return Fem(self.element, self.strain, self.size, self.body, self.mesh)
+        mass: Any = "lumped" if self.told.moves else "consistent"
+        return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
 
     @property
     def told(self) -> Program:
@@ -145,7 +155,8 @@ class Outside(Model):
         """What of it the program cannot do exactly as the scene means it, and why."""
         from softmark.interpreter.models.outside import telling
 
-        return [*telling.reasons(self.solid, case), *self._of_program(case)]
+        moves = bool(self.told.moves)
+        return [*telling.reasons(self.solid, case, moves), *self._of_program(case), *self._of_steps(case)]
 
     def _of_program(self, case: Case) -> Iterator[Reason]:
         program = self.told
@@ -162,9 +173,20 @@ class Outside(Model):
         if len(case.materials) > 1 and not program.several:
             yield "several materials", "its adapter has one for the whole body"
 
+    def _of_steps(self, case: Case) -> Iterator[Reason]:
+        if not self.told.moves:
+            for name in ("step", "iterations"):
+                if getattr(self, name) is not None:
+                    yield name, "it is of programs that step through time"
+        elif isinstance(case.analysis, Dynamic):
+            count = case.analysis.duration / (self.step or case.analysis.step)
+            if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+                yield "step", "the motion must last a whole number of steps"
+
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""
-        return f"{self.told.title}: {self.solid.outline(case)}"
+        means = f"; {self.told.moves}" if self.told.moves else ""
+        return f"{self.told.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:
         """What it is but for its size."""

@@ -28,9 +28,11 @@ class Program:
     elements: tuple[str, ...]
     laws: Mapping[str, tuple[str, ...]]  # of each strain
     several: bool = True  # materials in one body
+    moves: str = ""  # of one that steps through time, and knows no state of rest: what it computes, in words
 
 
 _SMALL = ("linear_elastic",)
+_MODULI = ("st_venant_kirchhoff", "neo_hookean", "neo_hookean_isochoric", "mooney_rivlin", "yeoh")
 
 PROGRAMS: Mapping[str, Program] = {
     "calculix": Program(
@@ -44,6 +46,28 @@ PROGRAMS: Mapping[str, Program] = {
         {"small": _SMALL, "finite": ("neo_hookean", "neo_hookean_isochoric")},
         several=False,
     ),
+    "mujoco": Program(
+        "MuJoCo",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="St Venant's and Kirchhoff's law by the moduli at rest, lumped masses, one linear solve a step",
+    ),
+    "newton_vbd": Program(
+        "Newton's VBD",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="a stable neo-Hookean law by the moduli at rest, lumped masses, implicit Euler by block descent",
+    ),
+    "newton_xpbd": Program(
+        "Newton's XPBD",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="constraints tr C = 3 and J = 1 with compliances of the moduli at rest, lumped masses, position based",
+    ),
+    "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
     "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
 }
 

@@ -10,19 +10,21 @@ import json
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.outside.problem import Answer, NoAnswer, Problem, Stuff
+from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem, Stuff
 from softmark.records import dataclass
 
 ASKED, TOLD = "problem", "answer"  # two files of each name
 ARRAYS = ("points", "cells", "held", "values", "forces")
+MOVING = ("after", "masses")  # arrays of a motion
 
 
 @dataclass(frozen=True)
@@ -56,11 +58,15 @@ class Package:
         """The problem, for a process of its own."""
         arrays = {name: getattr(problem, name) for name in ARRAYS}
         arrays |= {f"stuff{i}": stuff.cells for i, stuff in enumerate(problem.stuff)}
+        if (motion := problem.motion) is not None:
+            arrays |= {name: getattr(motion, name) for name in MOVING}
         np.savez(folder / f"{ASKED}.npz", **arrays)
         stuff = [{"law": s.law, "constants": dict(s.constants), "density": s.density, "choices": dict(s.choices)}
                  for s in problem.stuff]  # fmt: skip
         words = {"element": problem.element, "strain": problem.strain, "shares": problem.shares,
                  "tolerance": problem.tolerance, "stuff": stuff}  # fmt: skip
+        if motion is not None:
+            words["motion"] = {f.name: getattr(motion, f.name) for f in fields(motion) if f.name not in MOVING}
         (folder / f"{ASKED}.json").write_text(json.dumps(words))
 
     def command(self, folder: Path) -> Sequence[str]:
@@ -72,11 +78,13 @@ class Package:
         try:
             said = json.loads((folder / f"{TOLD}.json").read_text())
             if (why := said.get("why")) is not None:
-                raise NoAnswer(str(why))
+                raise (NotSettled if said.get("unsettled") else NoAnswer)(str(why))
             with np.load(folder / f"{TOLD}.npz", allow_pickle=False) as found:
                 u = np.asarray(found["u"], dtype=np.float64)
+                steps = np.asarray(found["steps_s"], dtype=np.float64) if "steps_s" in found else None
             clocks = {str(name): float(spent) for name, spent in said["clocks"].items()}
-            return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]))
+            return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]), steps_s=steps,
+                          unsolved=int(said.get("unsolved", 0)))  # fmt: skip
         except FileNotFoundError as none:
             raise NoAnswer("it left no result") from none
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as broken:
@@ -89,8 +97,10 @@ def problem_in(folder: Path) -> Problem:
     with np.load(folder / f"{ASKED}.npz", allow_pickle=False) as arrays:
         stuff = tuple(Stuff(cells=arrays[f"stuff{i}"], **own) for i, own in enumerate(words["stuff"]))
         known = {name: arrays[name] for name in ARRAYS}
+        moving = {name: arrays[name] for name in MOVING if name in arrays}
     alike = {name: words[name] for name in ("element", "strain", "tolerance")}
-    return Problem(**known, **alike, stuff=stuff, shares=tuple(words["shares"]))
+    motion = Motion(**words["motion"], **moving) if "motion" in words else None
+    return Problem(**known, **alike, stuff=stuff, shares=tuple(words["shares"]), motion=motion)
 
 
 def main(solved: Callable[[Problem], Answer]) -> int:
@@ -102,12 +112,13 @@ def main(solved: Callable[[Problem], Answer]) -> int:
     try:
         answer = solved(problem)
     except NoAnswer as why:
-        (folder / f"{TOLD}.json").write_text(json.dumps({"why": str(why)}))
+        (folder / f"{TOLD}.json").write_text(json.dumps({"why": str(why), "unsettled": isinstance(why, NotSettled)}))
         return 0
     begin = time.perf_counter()
-    np.savez(folder / f"{TOLD}.npz", u=answer.u)
+    steps: dict[str, Any] = {} if answer.steps_s is None else {"steps_s": answer.steps_s}
+    np.savez(folder / f"{TOLD}.npz", u=answer.u, **steps)
     clocks = dict(answer.clocks) | {"io_s": read + time.perf_counter() - begin}
     answer = replace(answer, clocks=clocks)
-    words = {name: getattr(answer, name) for name in ("settled", "iterations", "clocks", "said")}
+    words = {name: getattr(answer, name) for name in ("settled", "iterations", "clocks", "said", "unsolved")}
     (folder / f"{TOLD}.json").write_text(json.dumps(words))
     return 0
