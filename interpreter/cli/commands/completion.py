@@ -15,9 +15,6 @@ OPTIONS = {
     "export": "-p --plugin --model --to --out",
     "board": "--out --json --against --also --check --jobs --cluster --timeout --repeats --resume --fresh"
     " --allow-contaminated",
-    "judge": "-p --as --unit --at --rest --time --within --by --body --out --json --junit",
-    "stress": "-p --model --study --out --json --jobs --timeout --memory --resume --fresh",
-    "export": "-p --model --to --out",
     "import": "--out --units --unit --stress --time --material --density",
     "fmt": "--check",
     "new": "--list",
