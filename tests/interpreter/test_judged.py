@@ -91,6 +91,14 @@ def test_points_that_moved_are_displacements(tmp_path: Path) -> None:
     np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-12)
 
 
+def test_points_that_moved_already_are_told_from_undeformed_ones(tmp_path: Path) -> None:
+    """Some programs write both; taken for undeformed, they would be looked at in other places."""
+    points, _ = block()
+    file = written(tmp_path / "a.vtu", deformed=True, displacement=points @ A.T + B)
+    with pytest.raises(SceneError, match="moved already"):
+        judged(f'results("{file}", unit = 1 mm, within = 5 mm)')
+
+
 def test_points_alone_are_read_between_them(tmp_path: Path) -> None:
     """A linear field is that of every simplex, to the digits that are written."""
     points, _ = block()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.results.matching import Floats, Matched, Unmatched, matched
+from softmark.interpreter.models.results.matching import POSITION, Floats, Matched, Unmatched, matched
 from softmark.interpreter.models.results.readers import read
 from softmark.interpreter.models.results.told import Told
 from softmark.interpreter.models.results.words import Results
@@ -36,6 +37,11 @@ SIMILAR = 0.05  # of a volume: more is said
 SAME = 1e-6  # of a time or a state: the same
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
 NEAR = 0.05  # of a factor
+ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
+MOVED = (
+    "its points have moved already: less their displacements they are those of the body",
+    'take the points themselves, `at = "position"`, with `rest`, a file of them undeformed',
+)
 
 
 @dataclass(frozen=True)
@@ -195,16 +201,18 @@ def _fits(
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
     """How the file stands to the body, and a warning where they are not of the same volume. Raises Fault."""
     X = drawn(case).X
-    low, high = X.min(axis=0), X.max(axis=0)
-    beyond = float(np.maximum(low - found.X, found.X - high).max())
     try:
-        far = found.outside(X)
+        far, beyond = _misfit(found, X)
+        most = max(far, beyond)
+        if most > ROUGH * case.shape.diagonal and found.name != POSITION:
+            rest = replace(found, X=found.X - found.u[-1], mesh=None)
+            if max(_misfit(rest, X)) < CLOSER * most:
+                raise _unusable(declared, Unmatched(*MOVED))
     except Unmatched as error:
         raise _unusable(declared, error) from None
-    most = max(float(far.max(initial=0.0)), beyond)
     if most > _within(model, case):
         raise Fault(_apart(model, declared, case, found, X, most))
-    told = {"outside": float(far.max(initial=0.0)), "beyond": max(0.0, beyond), "volume": None}
+    told = {"outside": far, "beyond": beyond, "volume": None}
     whole = case.shape.volume
     if found.mesh is None or not whole:
         return told, ()
@@ -216,6 +224,13 @@ def _fits(
                       f"volume of `{case.body.name}`", "not the same body", "if it is a coarse mesh of it, that is "
                       "its error; else judge it by a scene of its own body")  # fmt: skip
     return told, (note,)
+
+
+def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
+    """How far the surface of the body (n, 3), m, lies outside, and the file's points beyond what it spans, m."""
+    low, high = body.min(axis=0), body.max(axis=0)
+    beyond = float(np.maximum(low - found.X, found.X - high).max())
+    return float(found.outside(body).max(initial=0.0)), max(0.0, beyond)
 
 
 def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
