@@ -47,7 +47,9 @@ def bar(element: str = "tet4") -> str:
     return BAR.replace("ELEMENT", element)
 
 
-@pytest.mark.parametrize("to", sorted(FORMATS.keys() - {"febio", "sofa"}))  # which take less: test_decks.py
+@pytest.mark.parametrize(
+    "to", [pytest.param(f, marks=[pytest.mark.slow] * (f != "vtu")) for f in sorted(FORMATS.keys() - {"febio", "sofa"})]
+)  # which take less: test_decks.py
 def test_the_exam_sheet_has_what_is_asked_and_known(
     to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -95,7 +97,8 @@ metric off = max_error(end, against = last)
     assert [own["what"] for own in exam["left"]] == ["reference `last`"]
 
 
-@pytest.mark.parametrize("element", ["hex20", *(pytest.param(e, marks=pytest.mark.slow) for e in ELEMENTS)])
+@pytest.mark.slow
+@pytest.mark.parametrize("element", ["hex20", *ELEMENTS])
 def test_a_mesh_for_gmsh_is_read_again_with_its_groups(element: str, tmp_path: Path) -> None:
     """Facets that two loads share are in both groups; an edge is a group of points."""
     assert exported(bar(element), "gmsh", tmp_path, "--model", "small") == 0

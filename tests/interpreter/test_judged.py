@@ -73,7 +73,7 @@ def measured(model: Any) -> np.ndarray:
     return 1e3 * np.array([model.metrics["out"].value, model.metrics["down"].value])
 
 
-@pytest.mark.parametrize(("unit", "word"), [(1.0, "1 mm"), (1e3, "1 m")])
+@pytest.mark.parametrize(("unit", "word"), [(1e3, "1 m"), pytest.param(1.0, "1 mm", marks=pytest.mark.slow)])
 def test_a_linear_field_is_read_at_every_point(tmp_path: Path, unit: float, word: str) -> None:
     """Meshio writes 17 digits; a linear field is that of trilinear cells to rounding."""
     model = judged(f'results("{written(tmp_path / "a.vtu", unit=unit)}", unit = {word})')
@@ -109,6 +109,7 @@ def test_points_alone_are_read_between_them(tmp_path: Path) -> None:
     np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_motion_is_that_of_the_series(tmp_path: Path) -> None:
     more = "analysis fall = dynamic(duration = 250 ms, step = 10 ms, integrator = newmark)\n"
     model = judged(f'results("{series(tmp_path, [0.0, 100.0, 200.0, 300.0])}", unit = 1 mm, time = 1 ms)', more)
@@ -124,6 +125,7 @@ def test_states_are_matched_by_their_value(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.metrics["out"].states, [0.5e-3 * END[0], 1e-3 * END[0]], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_would_need_a_solution_says_so(tmp_path: Path) -> None:
     more = "metric held = force(floor, along = +z)\nmetric hard = stress(end, component = von_mises)\n"
     more += "model own = fem(hex8, size = 20 mm, strain = small)\n"

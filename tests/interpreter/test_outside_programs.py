@@ -178,12 +178,10 @@ ENDS = {
     "another state": (ANSWER.format(change="", settled=True), "not_converged", "the displacements of scikit-fem leave"),
     "says no": (ANSWER.format(change="", settled=False), "not_converged", "scikit-fem says so itself: so it goes"),
 }  # fmt: skip
-QUICK = ("NaN",)
 
 
-@pytest.mark.parametrize(
-    "what", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in ENDS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("what", ENDS)
 def test_a_program_that_goes_wrong_ends_as_what_it_is(
     what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

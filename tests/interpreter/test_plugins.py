@@ -176,6 +176,7 @@ def made(model, declared, case, workshop):
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("given", "reason"), [("1 / 0", "ZeroDivisionError"), ("{}", "gives a dict without `size`")])
 def test_a_model_that_cannot_be_built_fails_alone(given: str, reason: str, tmp_path: Path) -> None:
     file = plugin(tmp_path, BAR.replace("GIVEN", given))
@@ -185,6 +186,7 @@ def test_a_model_that_cannot_be_built_fails_alone(given: str, reason: str, tmp_p
     assert reason in (models["theirs"].message or "")
 
 
+@pytest.mark.slow
 def test_another_process_takes_the_same_words_and_a_changed_file_is_another_result(tmp_path: Path) -> None:
     file = plugin(tmp_path, Path(SWAY).read_text())
     first = softmark.loads(SCENE, plugins=[file]).scene
