@@ -55,7 +55,7 @@ TRUE = {"area": 31.1e-6, "most": 2.6e3}  # of quad8 of 0.5 mm; Hertz has 31.4 mm
 
 
 @pytest.mark.parametrize(("how", "told"), [("quad4, size = 2 mm", ""), ("quad8, size = 4 mm", "W660"),
-                                           ("quad4, size = 8 mm", "W660")])  # fmt: skip
+                                           pytest.param("quad4, size = 8 mm", "W660", marks=pytest.mark.slow)])  # fmt: skip
 def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> None:
     """Beyond it a mesh says so, and states an error of area and pressure that contains the truth, or that it has none.
 

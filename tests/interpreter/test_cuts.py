@@ -80,6 +80,7 @@ def test_what_is_sharp_does_not_cut_in(tmp_path: Path, scene: str, tool: str, el
         assert push == pytest.approx(held, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_what_points_suffice_for_is_solved_as_before(tmp_path: Path) -> None:
     """A sphere that is blunter than facets: nothing is looked for, and nothing joins."""
     text = SOLID.format(tool="sphere(radius = 15 mm, origin = (0, 0, 15) mm)", element="hex8", friction=0.0)

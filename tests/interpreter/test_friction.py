@@ -98,6 +98,7 @@ metric   push  = force(touch, along = -y)
 """
 
 
+@pytest.mark.slow
 def test_friction_does_not_change_what_is_kept_clear() -> None:
     """Of 1e-4 it changes the force by less than itself; eight-node facets without their middle were 13 % too soft.
 

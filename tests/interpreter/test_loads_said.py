@@ -169,7 +169,10 @@ probe inner = point(ball, at = (10, 0, 0) mm)
 """
 
 
-@pytest.mark.parametrize(("kind", "cells", "within"), [("tet10", "tetra10", 0.01), ("hex8", "hexahedron", 0.04)])
+@pytest.mark.parametrize(
+    ("kind", "cells", "within"),
+    [pytest.param("tet10", "tetra10", 0.01, marks=pytest.mark.slow), ("hex8", "hexahedron", 0.04)],
+)
 def test_a_hollow_sphere_of_a_file_under_pressure(tmp_path: Path, kind: str, cells: str, within: float) -> None:
     """Lame: u(a) = p a^3 / (E (b^3 - a^3)) ((1 - 2 nu) a + (1 + nu) b^3 / (2 a^2)).
 

@@ -74,6 +74,7 @@ def test_it_is_held_against_a_theory_and_drawn_beside_it() -> None:
     assert page.count("pressure along top</title>") == 1  # of both metrics one chart, with the theory
 
 
+@pytest.mark.slow
 def test_every_line_has_a_chart_with_all_that_it_is_held_against() -> None:
     """Two theories of one line are both in its chart; a chart of another line has a name of its own."""
     known = AGAINST.format(theory="hertz") + "reference other = pressed_layer(block)\n"

@@ -131,6 +131,7 @@ def test_a_plane_body_sees_the_section(shape: str, area: float) -> None:
     assert volume(own.X, own.triangles) == pytest.approx(area * 0.01, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_beside_a_body_of_revolution_half_of_it_is_seen() -> None:
     own = seen(pressed("sphere(radius = 10 mm, origin = (0, 30, 0) mm)", "fixed(tool)", **PLANE,
                        body=f"axisymmetric({SQUARE}, gel)"))  # fmt: skip

@@ -61,6 +61,7 @@ def test_a_block_that_is_dragged_over_another_slides_under_mu_n() -> None:
     assert own["way"][2] - own["way"][1] == pytest.approx(1e-3, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_corner_hooks_in_nowhere() -> None:
     """A block carried on by half a facet at once found a state in which its corner held: 1.13 of the push, for 0.3.
 

@@ -11,11 +11,24 @@ from squeezing import squeezed, unlike
 
 from softmark import SceneError, loads
 
-QUICK = 8  # of a second; tests/benchmarks/squeezed.py takes any
-SEEDS = (QUICK, 1, 4, 6, 10, 13, 15, 18, 20, 21, 24, 82)  # of each kind of body, with friction and without
+SEEDS = (
+    8,
+    1,
+    4,
+    6,
+    10,
+    13,
+    15,
+    18,
+    20,
+    21,
+    24,
+    82,
+)  # of each kind of body, with friction and without; tests/benchmarks/squeezed.py takes any
 
 
-@pytest.mark.parametrize("seed", [pytest.param(s, marks=[] if s == QUICK else [pytest.mark.slow]) for s in SEEDS])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_squeezed_is_solved_or_refused_with_a_reason(seed: int) -> None:
     """Forces of both sides to 1e-6: what holds the block below, and what presses on it above."""
     try:
