@@ -24,7 +24,7 @@ PACKAGE = Path(softmark.__file__).parents[2]
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 SHOWN = re.compile(r"(?:error|warning)\[([EW]\d{3})\]: |\"code\": \"([EW]\d{3})\"")
 COMMAND = re.compile(r"# \$ dsl (.+)")
-LONG = {"W354", "W372", "E732", "W732"}  # facets and borders of curved bodies, scenes of plugins: seconds each
+LONG = {"W354", "W372", "W660", "W661", "E732", "W732"}  # curved bodies, what touches, plugins: seconds each
 
 
 def codes_of(text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:

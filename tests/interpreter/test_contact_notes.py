@@ -54,8 +54,14 @@ metric   most  = contact_pressure(touch)
 TRUE = {"area": 31.1e-6, "most": 2.6e3}  # of quad8 of 0.5 mm; Hertz has 31.4 mm^2 and 2.5 kPa
 
 
-@pytest.mark.parametrize(("how", "told"), [("quad4, size = 2 mm", ""), ("quad8, size = 4 mm", "W660"),
-                                           pytest.param("quad4, size = 8 mm", "W660", marks=pytest.mark.slow)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [
+        ("quad4, size = 2 mm", ""),
+        ("quad8, size = 4 mm", "W660"),
+        pytest.param("quad4, size = 8 mm", "W660", marks=pytest.mark.slow),
+    ],
+)
 def test_a_force_is_no_more_than_area_times_pressure(how: str, told: str) -> None:
     """Beyond it a mesh says so, and states an error of area and pressure that contains the truth, or that it has none.
 

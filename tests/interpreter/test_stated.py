@@ -64,6 +64,7 @@ def test_no_model_is_silent_about_an_error(benchmark: Any) -> None:
     assert benchmark.table(rows).splitlines()[-1].startswith("all")
 
 
+@pytest.mark.slow
 def test_errors_against_theory_are_below_what_is_stated() -> None:
     models = """model rod = beam6dof(segments = 12)
 model hex = fem(hex8, strain = finite, integration = selective, size = 4 mm)

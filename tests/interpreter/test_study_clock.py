@@ -144,6 +144,7 @@ def test_disturbed_runs_are_repeated_so_often_and_no_more(monkeypatch: pytest.Mo
     assert costs["a"]["flags"] == ["contaminated", "compiled"]
 
 
+@pytest.mark.slow
 def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
 
