@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Annotated, ClassVar, Literal, Self
 
 from softmark.interpreter.language.expressions import VectorValue
@@ -73,8 +72,7 @@ class Static:
 
     def in_state(self, number: int, value: float) -> Self:
         """The analysis of one of its states."""
-        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "states"}
-        return InState(**own, at=float(value))  # type: ignore[return-value]
+        return InState(**{**vars(self), "states": None}, at=float(value))  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -131,8 +129,7 @@ class Quasistatic:
 
     def in_state(self, number: int, value: float) -> Quasistatic:
         """The analysis at one of its times."""
-        own = {f.name: getattr(self, f.name) for f in fields(self)}
-        return AtTime(**own, at=float(value))
+        return AtTime(**vars(self), at=float(value))
 
 
 @dataclass(frozen=True)
