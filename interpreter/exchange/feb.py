@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.exchange.faces import Sides
 from softmark.interpreter.exchange.loads_of import together
 from softmark.interpreter.exchange.record import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part, Vector
 from softmark.interpreter.exchange.xml_words import Words, child
@@ -64,10 +63,9 @@ class _Reader:
         self._kind_of_analysis()
         found = self._mesh()
         found.parts = list(self._parts(found))
-        sides = Sides(found.cells)
         self._boundary(found)
         for own in self._section("Loads"):
-            self._load(own, found, sides)
+            self._load(own, found)
         self._formulation(found)
         if found.kind in ("tet10", "hex20"):
             found.taken.append(f"{found.kind} is integrated as it is here; FEBio may take other points")
@@ -220,13 +218,13 @@ class _Reader:
         found[np.array(places) - 1] = rows
         return found * factor
 
-    def _faces(self, name: str, sides: Sides) -> Ints | None:
+    def _faces(self, name: str, found: Deck) -> Ints | None:
         facets = self._facets(name)
         if facets is None:
             return None
-        many = sides.corners.shape[1]
+        many = found.sides.corners.shape[1]
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
-        faces, foreign = sides.of(rows)
+        faces, foreign = found.sides.of(rows)
         if foreign:
             self._leave(f"{foreign} facets of `{name[:60]}`", "they are no faces of the surface of its cells")
         return faces
@@ -311,12 +309,12 @@ class _Reader:
             return {"xyz".index(dof): float(value[0])}
         return None
 
-    def _load(self, own: ElementT, found: Deck, sides: Sides) -> None:
+    def _load(self, own: ElementT, found: Deck) -> None:
         what = f"the load `{own.get('name', own.get('type', ''))[:60]}`"
         if own.tag == "nodal_load" and own.get("type") == "nodal_force":
             self._at_nodes(own, what, found)
         elif own.tag == "surface_load":
-            self._on_surface(own, what, found, sides)
+            self._on_surface(own, what, found)
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
@@ -336,7 +334,7 @@ class _Reader:
                 by_vector.setdefault((x, y, z), []).append(i)
         found.forces += [AtNodes("force", np.array(n, dtype=np.int64), vector) for vector, n in by_vector.items()]
 
-    def _on_surface(self, own: ElementT, what: str, found: Deck, sides: Sides) -> None:
+    def _on_surface(self, own: ElementT, what: str, found: Deck) -> None:
         kind, name = own.get("type", ""), own.get("surface", "")
         dead = (child(own, "linear") or "0").strip() in ("1", "true")
         if kind == "pressure" and not dead:
@@ -349,7 +347,7 @@ class _Reader:
         else:
             self._leave(what, "a pressure here follows the surface, a traction is dead: of FEBio's `linear` 0, and 1")
             return
-        faces = self._faces(name, sides)
+        faces = self._faces(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
             self._leave(what, "its surface or its size at the end is not known")
             return

@@ -15,10 +15,10 @@ import numpy as np
 
 from softmark.interpreter.exchange import inp_laws
 from softmark.interpreter.exchange.cards import AGAIN, Card, cards, number, whole
-from softmark.interpreter.exchange.faces import CORNERS, SIDES, Sides
 from softmark.interpreter.exchange.loads_of import Loads
 from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.references.measured import Unreadable
+from softmark.solvers.elements import element_of
 
 KINDS = {"C3D4": ("tet4", 4), "C3D10": ("tet10", 10), "C3D8": ("hex8", 8), "C3D20": ("hex20", 20)}
 SILENT = frozenset({
@@ -242,8 +242,7 @@ class _Reader:
         if found.strain == "finite":
             found.parts = [inp_laws.in_finite_strain(part) for part in found.parts]
         self._said(found)
-        sides = Sides(cells)
-        self._acting(found, place, index, sides)
+        self._acting(found, place, index)
         return found
 
     def _cells(self, path: Path) -> tuple[str, list[int], Ints]:
@@ -292,7 +291,7 @@ class _Reader:
         if self.steps > 1:
             found.taken.append(f"of {self.steps} steps the scene has what acts at the end of the last of *STATIC")
 
-    def _acting(self, found: Deck, place: dict[int, int], index: dict[int, int], sides: Sides) -> None:
+    def _acting(self, found: Deck, place: dict[int, int], index: dict[int, int]) -> None:
         def nodes(name: str, card: Card) -> Ints:
             asked = self.nsets.numbers(name, card)
             own = np.array(sorted({place[n] for n in asked if n in place}), dtype=np.int64)
@@ -308,7 +307,7 @@ class _Reader:
         found.forces = self.loads.forces(nodes)
         for press in self.loads.presses:
             faces = self._faces(press.who, press.label, press.card, elements, found)
-            border = faces[sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
+            border = faces[found.sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
             if len(border) < len(faces):
                 why = "faces between two cells are no surface"
                 found.left.append(Left(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
@@ -330,7 +329,7 @@ class _Reader:
             rows = self.surfaces[_key(who)][1]
         faces: list[tuple[int, int]] = []
         for name, side in rows:
-            if not side[1:].isdigit() or not 1 <= int(side[1:]) <= len(SIDES[CORNERS[found.kind]]):
+            if not side[1:].isdigit() or not 1 <= int(side[1:]) <= len(element_of(found.kind).facets):
                 found.left.append(Left(f"`{name}, {side}` of a pressure", "no side of a solid is called so", card.line))
                 continue
             faces += [(cell, int(side[1:]) - 1) for cell in elements(name, card)]

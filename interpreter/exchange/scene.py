@@ -13,7 +13,6 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.faces import Sides
 from softmark.interpreter.exchange.record import AtNodes, Deck, Hold, Ints, Law, Left, OnFaces
 from softmark.interpreter.exchange.units import Unasked, Units
 
@@ -137,10 +136,8 @@ class _Writer:
         deck = self.deck
         if not (deck.holds or deck.pushes or deck.forces or deck.weights):
             return
-        sides = Sides(deck.cells) if deck.holds else None
         for hold in deck.holds:
-            assert sides is not None
-            yield from self._hold(hold, sides)
+            yield from self._hold(hold)
         for push in deck.pushes:
             yield from self._push(push)
         yield from self._forces(deck.forces)
@@ -175,8 +172,8 @@ class _Writer:
                    own.what]  # fmt: skip
         return f" ({reasons[0]})" if reasons else ""
 
-    def _hold(self, hold: Hold, sides: Sides) -> Iterator[str]:
-        faces, alone = sides.within(hold.nodes)
+    def _hold(self, hold: Hold) -> Iterator[str]:
+        faces, alone = self.deck.sides.within(hold.nodes)
         if len(alone) > FEW:
             self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)",
                                        f"{len(alone)} of them are of no face all of whose nodes it holds"))  # fmt: skip
