@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -201,12 +202,12 @@ class _Writer:
     def _place(self, node: int) -> str:
         """A ball around a node that holds no other."""
         x, y, z = self.deck.points[node].tolist()
-        r = self._near()
         unit = self.units.of_length
         apart = " + ".join(f"({axis} - {unit(v)})^2" if v >= 0 else f"({axis} + {unit(-v)})^2" for axis, v in
                            zip("xyz", (x, y, z), strict=True))  # fmt: skip
-        return f"{apart} <= ({unit(r)})^2"
+        return f"{apart} <= ({unit(self._near)})^2"
 
+    @cached_property
     def _near(self) -> float:
         corners = self.deck.points[self.deck.cells]
         gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)
