@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.exchange.loads_of import together
-from softmark.interpreter.exchange.record import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part, Vector
+from softmark.interpreter.exchange.loads_of import alike, together
+from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.interpreter.exchange.xml_words import Words, child
 from softmark.interpreter.models.results.readers.trees import ElementT, parsed
 
-KINDS = {"tet4": ("tet4", 4), "tet10": ("tet10", 10), "hex8": ("hex8", 8), "hex20": ("hex20", 20)}
+KINDS = {"tet4": 4, "tet10": 10, "hex8": 8, "hex20": 20}  # whose words are ours, and their nodes
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
 VERSIONS = ("3.0", "4.0")
 ROOM = (
@@ -115,15 +115,15 @@ class _Reader:
             raise Foreign(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
                           f"one kind of {', '.join(KINDS)} is carried over")  # fmt: skip
         ((kind, rows),) = blocks.items()
-        if any(len(row) != KINDS[kind][1] for row in rows):
-            raise self.words.wrong(f"an element `{kind}` has not {KINDS[kind][1]} nodes")
+        if any(len(row) != KINDS[kind] for row in rows):
+            raise self.words.wrong(f"an element `{kind}` has not {KINDS[kind]} nodes")
         used, cells = np.unique(np.array(rows, dtype=np.int64), return_inverse=True)
         if missing := [n for n in used.tolist() if n not in points]:
             raise self.words.wrong(f"an element has the node {missing[0]}, which is nowhere")
         self.place = {n: i for i, n in enumerate(used.tolist())}
         X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
         own = cells.reshape(len(rows), -1).astype(np.int64)
-        return Deck(self.name, KINDS[kind][0], X, own, [], strain="finite", static=self.static)
+        return Deck(self.name, kind, X, own, [], strain="finite", static=self.static)
 
     def _parts(self, found: Deck) -> Iterator[Part]:
         materials = {own.get("name", ""): own for own in self._section("Material")}
@@ -328,11 +328,7 @@ class _Reader:
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
             self._leave(what, "its nodes, or its vectors at the end, are not known")
             return
-        by_vector: dict[Vector, list[int]] = {}
-        for i, (x, y, z) in zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True):
-            if x or y or z:
-                by_vector.setdefault((x, y, z), []).append(i)
-        found.forces += [AtNodes("force", np.array(n, dtype=np.int64), vector) for vector, n in by_vector.items()]
+        found.forces += alike(zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True))
 
     def _on_surface(self, own: ElementT, what: str, found: Deck) -> None:
         kind, name = own.get("type", ""), own.get("surface", "")

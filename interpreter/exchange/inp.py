@@ -7,7 +7,6 @@ Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20; Abaqus Analysis
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,13 +15,14 @@ import numpy as np
 from softmark.interpreter.exchange import inp_laws
 from softmark.interpreter.exchange.cards import AGAIN, Card, cards, number, whole
 from softmark.interpreter.exchange.loads_of import Loads
+from softmark.interpreter.exchange.mesh_file import TYPES
 from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.references.measured import Unreadable
 from softmark.solvers.elements import element_of
 
-KINDS = {"C3D4": ("tet4", 4), "C3D10": ("tet10", 10), "C3D8": ("hex8", 8), "C3D20": ("hex20", 20)}
+KINDS = {word: (kind, element_of(kind).nodes) for kind, word in TYPES.items()}
 SILENT = frozenset({
-    "HEADING", "PREPRINT", "END PART", "END ASSEMBLY", "END INSTANCE", "ASSEMBLY", "AMPLITUDE", "END STEP", "STATIC",
+    "HEADING", "PREPRINT", "END PART", "END ASSEMBLY", "END INSTANCE", "ASSEMBLY", "AMPLITUDE",
     "NODE PRINT", "NODE FILE", "NODE OUTPUT", "EL PRINT", "EL FILE", "ELEMENT OUTPUT", "OUTPUT", "RESTART", "CONTROLS",
     "CONTACT PRINT", "CONTACT FILE", "SECTION PRINT", "FILE FORMAT", "MONITOR", "ENERGY PRINT", "ENERGY FILE",
 })  # fmt: skip
@@ -94,7 +94,7 @@ class _Reader:
     def __init__(self) -> None:
         self.points: dict[int, tuple[float, float, float]] = {}
         self.elements: dict[str, list[int]] = {}  # by kind: number, nodes, number, nodes, ...
-        self.types: dict[str, Card] = {}
+        self.types: set[str] = set()
         self.nsets, self.elsets = _Sets(), _Sets()
         self.surfaces: dict[str, tuple[Card, list[tuple[str, str]]]] = {}
         self.materials: dict[str, inp_laws.Told] = {}
@@ -145,8 +145,7 @@ class _Reader:
 
     def _element(self, card: Card) -> None:
         kind = card.options.get("TYPE", "").upper()
-        plain = next((k for k in sorted(KINDS, key=len, reverse=True) if kind.startswith(k) and not kind[len(k):]
-                      .isdigit() and not kind[len(k):][:1].isdigit()), None)  # fmt: skip
+        plain = next((k for k in KINDS if kind.startswith(k) and not kind[len(k) :][:1].isdigit()), None)
         if plain is None:
             if kind.startswith("C3D"):
                 raise Foreign(f"{kind} in line {card.line} are cells that no model here has",
@@ -160,7 +159,7 @@ class _Reader:
         if kind != plain and kind not in self.types:
             self.left.append(Left(kind, f"is taken as {plain}, integrated in full, without what makes it another",
                                   card.line))  # fmt: skip
-        self.types[kind] = card
+        self.types.add(kind)
         each = KINDS[plain][1] + 1
         flat = [whole(w, card) for row in card.rows for w in row if w]
         if len(flat) % each:
@@ -204,7 +203,7 @@ class _Reader:
 
     def _step(self, card: Card) -> None:
         self.steps += 1
-        self.before, self.other_step = copy(self.loads), None
+        self.before, self.other_step = self.loads, None
         self.loads = self.loads.copied()
         if "PERTURBATION" in card.options:
             self.other_step = card
