@@ -3,39 +3,29 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from softmark.interpreter.exchange.record import Ints
+from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.mesh.files.abaqus_sets import sides_of
+from softmark.solvers.mesh.groups import same_rows
 
-# corners of the sides S1, S2, ... by the corners of a cell: Abaqus Analysis User's Guide, 28.1.4
-SIDES = {
-    4: ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
-    8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
-}
-# nodes between the corners of an edge, by the nodes of a cell
-EDGES = {
-    10: ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)),
-    20: ((0, 1), (1, 2), (2, 3), (0, 3), (4, 5), (5, 6), (6, 7), (4, 7), (0, 4), (1, 5), (2, 6), (3, 7)),
-}
-CORNERS = {"tet4": 4, "tet10": 4, "hex8": 8, "hex20": 8}
+Ints = NDArray[np.int64]
+
+BY_NODES = {element.nodes: element for element in ELEMENTS.values()}
 
 
 def side_nodes(many: int) -> Ints:
-    """Nodes (s, q) of each side of a cell of so many nodes: its corners, and those between them."""
-    corners = 4 if many in (4, 10) else 8
-    rows = []
-    for side in SIDES[corners]:
-        between = [corners + i for i, edge in enumerate(EDGES.get(many, ())) if set(edge) <= set(side)]
-        rows.append([*side, *between])
-    return np.array(rows, dtype=np.int64)
+    """Nodes (s, q) of the sides S1, S2, ... of a cell of so many nodes: its corners, and those between them."""
+    element = BY_NODES[many]
+    return np.array(element.facets, dtype=np.int64)[sides_of(element)]
 
 
 class Sides:
     """The sides of cells (m, a) by their corners."""
 
     def __init__(self, cells: Ints) -> None:
-        many = cells.shape[1]
-        self.cells, self.nodes = cells, side_nodes(many)
-        corners = len(SIDES[4 if many in (4, 10) else 8][0])
+        self.cells, self.nodes = cells, side_nodes(cells.shape[1])
+        corners = BY_NODES[cells.shape[1]].facet.corners
         own = np.sort(cells[:, self.nodes[:, :corners]], axis=2)  # (m, s, c)
         self.corners: Ints = own.reshape(-1, corners)
         _, inverse, counts = np.unique(self.corners, axis=0, return_inverse=True, return_counts=True)
@@ -49,12 +39,11 @@ class Sides:
         """The sides (f, 2) on the surface that facets of corners (k, c) are, and how many are none."""
         if not len(facets) or facets.shape[1] != self.corners.shape[1]:
             return np.zeros((0, 2), dtype=np.int64), len(facets)
-        asked = {tuple(row) for row in np.sort(facets, axis=1).tolist()}
+        asked = np.unique(np.sort(facets, axis=1), axis=0)
+        known = asked[asked[:, 0] >= 0]  # a node of no cell is -1
         border = np.flatnonzero(self.border)
-        chosen = [
-            f for f, row in zip(border.tolist(), self.corners[border].tolist(), strict=True) if tuple(row) in asked
-        ]
-        return self._pair(np.array(chosen, dtype=np.int64)), len(asked) - len(chosen)
+        chosen = border[same_rows(known, self.corners[border])]
+        return self._pair(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:
         """Sides (f, 2) of the surface all of whose nodes are among these, and those nodes (k,) that are of none."""

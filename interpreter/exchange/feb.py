@@ -11,13 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.exchange.faces import Sides
-from softmark.interpreter.exchange.loads_of import together
-from softmark.interpreter.exchange.record import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part, Vector
+from softmark.interpreter.exchange.loads_of import alike, together
+from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.interpreter.exchange.xml_words import Words, child
 from softmark.interpreter.models.results.readers.trees import ElementT, parsed
 
-KINDS = {"tet4": ("tet4", 4), "tet10": ("tet10", 10), "hex8": ("hex8", 8), "hex20": ("hex20", 20)}
+KINDS = {"tet4": 4, "tet10": 10, "hex8": 8, "hex20": 20}  # whose words are ours, and their nodes
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
 VERSIONS = ("3.0", "4.0")
 ROOM = (
@@ -64,10 +63,9 @@ class _Reader:
         self._kind_of_analysis()
         found = self._mesh()
         found.parts = list(self._parts(found))
-        sides = Sides(found.cells)
         self._boundary(found)
         for own in self._section("Loads"):
-            self._load(own, found, sides)
+            self._load(own, found)
         self._formulation(found)
         if found.kind in ("tet10", "hex20"):
             found.taken.append(f"{found.kind} is integrated as it is here; FEBio may take other points")
@@ -117,15 +115,15 @@ class _Reader:
             raise Foreign(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
                           f"one kind of {', '.join(KINDS)} is carried over")  # fmt: skip
         ((kind, rows),) = blocks.items()
-        if any(len(row) != KINDS[kind][1] for row in rows):
-            raise self.words.wrong(f"an element `{kind}` has not {KINDS[kind][1]} nodes")
+        if any(len(row) != KINDS[kind] for row in rows):
+            raise self.words.wrong(f"an element `{kind}` has not {KINDS[kind]} nodes")
         used, cells = np.unique(np.array(rows, dtype=np.int64), return_inverse=True)
         if missing := [n for n in used.tolist() if n not in points]:
             raise self.words.wrong(f"an element has the node {missing[0]}, which is nowhere")
         self.place = {n: i for i, n in enumerate(used.tolist())}
         X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
         own = cells.reshape(len(rows), -1).astype(np.int64)
-        return Deck(self.name, KINDS[kind][0], X, own, [], strain="finite", static=self.static)
+        return Deck(self.name, kind, X, own, [], strain="finite", static=self.static)
 
     def _parts(self, found: Deck) -> Iterator[Part]:
         materials = {own.get("name", ""): own for own in self._section("Material")}
@@ -220,13 +218,13 @@ class _Reader:
         found[np.array(places) - 1] = rows
         return found * factor
 
-    def _faces(self, name: str, sides: Sides) -> Ints | None:
+    def _faces(self, name: str, found: Deck) -> Ints | None:
         facets = self._facets(name)
         if facets is None:
             return None
-        many = sides.corners.shape[1]
+        many = found.sides.corners.shape[1]
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
-        faces, foreign = sides.of(rows)
+        faces, foreign = found.sides.of(rows)
         if foreign:
             self._leave(f"{foreign} facets of `{name[:60]}`", "they are no faces of the surface of its cells")
         return faces
@@ -311,12 +309,12 @@ class _Reader:
             return {"xyz".index(dof): float(value[0])}
         return None
 
-    def _load(self, own: ElementT, found: Deck, sides: Sides) -> None:
+    def _load(self, own: ElementT, found: Deck) -> None:
         what = f"the load `{own.get('name', own.get('type', ''))[:60]}`"
         if own.tag == "nodal_load" and own.get("type") == "nodal_force":
             self._at_nodes(own, what, found)
         elif own.tag == "surface_load":
-            self._on_surface(own, what, found, sides)
+            self._on_surface(own, what, found)
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
@@ -330,13 +328,9 @@ class _Reader:
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
             self._leave(what, "its nodes, or its vectors at the end, are not known")
             return
-        by_vector: dict[Vector, list[int]] = {}
-        for i, (x, y, z) in zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True):
-            if x or y or z:
-                by_vector.setdefault((x, y, z), []).append(i)
-        found.forces += [AtNodes("force", np.array(n, dtype=np.int64), vector) for vector, n in by_vector.items()]
+        found.forces += alike(zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True))
 
-    def _on_surface(self, own: ElementT, what: str, found: Deck, sides: Sides) -> None:
+    def _on_surface(self, own: ElementT, what: str, found: Deck) -> None:
         kind, name = own.get("type", ""), own.get("surface", "")
         dead = (child(own, "linear") or "0").strip() in ("1", "true")
         if kind == "pressure" and not dead:
@@ -349,7 +343,7 @@ class _Reader:
         else:
             self._leave(what, "a pressure here follows the surface, a traction is dead: of FEBio's `linear` 0, and 1")
             return
-        faces = self._faces(name, sides)
+        faces = self._faces(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
             self._leave(what, "its surface or its size at the end is not known")
             return

@@ -7,7 +7,6 @@ Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20; Abaqus Analysis
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,14 +14,15 @@ import numpy as np
 
 from softmark.interpreter.exchange import inp_laws
 from softmark.interpreter.exchange.cards import AGAIN, Card, cards, number, whole
-from softmark.interpreter.exchange.faces import CORNERS, SIDES, Sides
 from softmark.interpreter.exchange.loads_of import Loads
+from softmark.interpreter.exchange.mesh_file import TYPES
 from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.references.measured import Unreadable
+from softmark.solvers.elements import element_of
 
-KINDS = {"C3D4": ("tet4", 4), "C3D10": ("tet10", 10), "C3D8": ("hex8", 8), "C3D20": ("hex20", 20)}
+KINDS = {word: (kind, element_of(kind).nodes) for kind, word in TYPES.items()}
 SILENT = frozenset({
-    "HEADING", "PREPRINT", "END PART", "END ASSEMBLY", "END INSTANCE", "ASSEMBLY", "AMPLITUDE", "END STEP", "STATIC",
+    "HEADING", "PREPRINT", "END PART", "END ASSEMBLY", "END INSTANCE", "ASSEMBLY", "AMPLITUDE",
     "NODE PRINT", "NODE FILE", "NODE OUTPUT", "EL PRINT", "EL FILE", "ELEMENT OUTPUT", "OUTPUT", "RESTART", "CONTROLS",
     "CONTACT PRINT", "CONTACT FILE", "SECTION PRINT", "FILE FORMAT", "MONITOR", "ENERGY PRINT", "ENERGY FILE",
 })  # fmt: skip
@@ -94,7 +94,7 @@ class _Reader:
     def __init__(self) -> None:
         self.points: dict[int, tuple[float, float, float]] = {}
         self.elements: dict[str, list[int]] = {}  # by kind: number, nodes, number, nodes, ...
-        self.types: dict[str, Card] = {}
+        self.types: set[str] = set()
         self.nsets, self.elsets = _Sets(), _Sets()
         self.surfaces: dict[str, tuple[Card, list[tuple[str, str]]]] = {}
         self.materials: dict[str, inp_laws.Told] = {}
@@ -145,8 +145,7 @@ class _Reader:
 
     def _element(self, card: Card) -> None:
         kind = card.options.get("TYPE", "").upper()
-        plain = next((k for k in sorted(KINDS, key=len, reverse=True) if kind.startswith(k) and not kind[len(k):]
-                      .isdigit() and not kind[len(k):][:1].isdigit()), None)  # fmt: skip
+        plain = next((k for k in KINDS if kind.startswith(k) and not kind[len(k) :][:1].isdigit()), None)
         if plain is None:
             if kind.startswith("C3D"):
                 raise Foreign(f"{kind} in line {card.line} are cells that no model here has",
@@ -160,7 +159,7 @@ class _Reader:
         if kind != plain and kind not in self.types:
             self.left.append(Left(kind, f"is taken as {plain}, integrated in full, without what makes it another",
                                   card.line))  # fmt: skip
-        self.types[kind] = card
+        self.types.add(kind)
         each = KINDS[plain][1] + 1
         flat = [whole(w, card) for row in card.rows for w in row if w]
         if len(flat) % each:
@@ -204,7 +203,7 @@ class _Reader:
 
     def _step(self, card: Card) -> None:
         self.steps += 1
-        self.before, self.other_step = copy(self.loads), None
+        self.before, self.other_step = self.loads, None
         self.loads = self.loads.copied()
         if "PERTURBATION" in card.options:
             self.other_step = card
@@ -242,8 +241,7 @@ class _Reader:
         if found.strain == "finite":
             found.parts = [inp_laws.in_finite_strain(part) for part in found.parts]
         self._said(found)
-        sides = Sides(cells)
-        self._acting(found, place, index, sides)
+        self._acting(found, place, index)
         return found
 
     def _cells(self, path: Path) -> tuple[str, list[int], Ints]:
@@ -292,7 +290,7 @@ class _Reader:
         if self.steps > 1:
             found.taken.append(f"of {self.steps} steps the scene has what acts at the end of the last of *STATIC")
 
-    def _acting(self, found: Deck, place: dict[int, int], index: dict[int, int], sides: Sides) -> None:
+    def _acting(self, found: Deck, place: dict[int, int], index: dict[int, int]) -> None:
         def nodes(name: str, card: Card) -> Ints:
             asked = self.nsets.numbers(name, card)
             own = np.array(sorted({place[n] for n in asked if n in place}), dtype=np.int64)
@@ -308,7 +306,7 @@ class _Reader:
         found.forces = self.loads.forces(nodes)
         for press in self.loads.presses:
             faces = self._faces(press.who, press.label, press.card, elements, found)
-            border = faces[sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
+            border = faces[found.sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
             if len(border) < len(faces):
                 why = "faces between two cells are no surface"
                 found.left.append(Left(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
@@ -330,7 +328,7 @@ class _Reader:
             rows = self.surfaces[_key(who)][1]
         faces: list[tuple[int, int]] = []
         for name, side in rows:
-            if not side[1:].isdigit() or not 1 <= int(side[1:]) <= len(SIDES[CORNERS[found.kind]]):
+            if not side[1:].isdigit() or not 1 <= int(side[1:]) <= len(element_of(found.kind).facets):
                 found.left.append(Left(f"`{name}, {side}` of a pressure", "no side of a solid is called so", card.line))
                 continue
             faces += [(cell, int(side[1:]) - 1) for cell in elements(name, card)]
@@ -343,6 +341,6 @@ def _rubber(law: Law | None) -> bool:
 
 def _generated(words: list[str], card: Card) -> list[str]:
     first, last, step = ([whole(w, card) for w in words] + [1])[:3] if len(words) in (2, 3) else (0, 0, 0)
-    if step < 1 or (last - first) // max(step, 1) > LIMIT:
+    if step < 1 or last < first or (last - first) // step > LIMIT:
         raise Unreadable(f"{card.file}:{card.line}", "a set is generated by a first, a last and a step", AGAIN)
     return [str(n) for n in range(first, last + 1, step)]

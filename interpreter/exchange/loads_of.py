@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -160,11 +160,16 @@ class Loads:
         total: dict[int, list[float]] = {}
         for (node, c), (value, _) in told.items():
             total.setdefault(node, [0.0, 0.0, 0.0])[c] = value
-        by_vector: dict[Vector, list[int]] = {}
-        for node, (x, y, z) in sorted(total.items()):
-            if x or y or z:
-                by_vector.setdefault((x, y, z), []).append(node)
-        return [AtNodes("force", np.array(own, dtype=np.int64), vector) for vector, own in by_vector.items()]
+        return alike(sorted(total.items()))
+
+
+def alike(told: Iterable[tuple[int, Sequence[float]]]) -> list[AtNodes]:
+    """Forces of nodes: those that have the same become one set, and nothing is left of none."""
+    by_vector: dict[Vector, list[int]] = {}
+    for node, (x, y, z) in told:
+        if x or y or z:
+            by_vector.setdefault((x, y, z), []).append(node)
+    return [AtNodes("force", np.array(own, dtype=np.int64), vector) for vector, own in by_vector.items()]
 
 
 def together(told: dict[tuple[int, int], float]) -> list[Hold]:

@@ -153,6 +153,8 @@ def _applied(load: ElementT, words: Words, place: dict[int, int], found: Deck, w
     for word in filter(None, ("" if own is None else own.text or "").replace(" ", "").split(",")):
         first, _, last = word.partition("-")
         low, high = words.whole(first), words.whole(last or first)
+        if high < low:
+            raise words.wrong(f"`{word[:40]}` ends before it begins")
         if high - low + len(numbers) > LIMIT:
             raise words.wrong(f"`{word[:40]}` are too many atoms")
         numbers.update(range(low, high + 1))

@@ -1,16 +1,19 @@
 """What a file of another program says: a mesh, what it is made of, what holds and loads it; in the file's own units.
 
-Cells and nodes count from 0; faces (f, 2) are a cell and its side, from 0, in the order of Abaqus (`faces.SIDES`).
+Cells and nodes count from 0; faces (f, 2) are a cell and its side, from 0, in the order of Abaqus (`faces.side_nodes`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from softmark.interpreter.exchange.faces import Sides
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -103,3 +106,8 @@ class Deck:
     mesh: Path | None = None
     left: list[Left] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise
+
+    @cached_property
+    def sides(self) -> Sides:
+        """Those of its cells, found when something asks."""
+        return Sides(self.cells)

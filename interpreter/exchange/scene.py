@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.faces import Sides
 from softmark.interpreter.exchange.record import AtNodes, Deck, Hold, Ints, Law, Left, OnFaces
 from softmark.interpreter.exchange.units import Unasked, Units
 
@@ -137,10 +137,8 @@ class _Writer:
         deck = self.deck
         if not (deck.holds or deck.pushes or deck.forces or deck.weights):
             return
-        sides = Sides(deck.cells) if deck.holds else None
         for hold in deck.holds:
-            assert sides is not None
-            yield from self._hold(hold, sides)
+            yield from self._hold(hold)
         for push in deck.pushes:
             yield from self._push(push)
         yield from self._forces(deck.forces)
@@ -175,8 +173,8 @@ class _Writer:
                    own.what]  # fmt: skip
         return f" ({reasons[0]})" if reasons else ""
 
-    def _hold(self, hold: Hold, sides: Sides) -> Iterator[str]:
-        faces, alone = sides.within(hold.nodes)
+    def _hold(self, hold: Hold) -> Iterator[str]:
+        faces, alone = self.deck.sides.within(hold.nodes)
         if len(alone) > FEW:
             self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)",
                                        f"{len(alone)} of them are of no face all of whose nodes it holds"))  # fmt: skip
@@ -204,12 +202,12 @@ class _Writer:
     def _place(self, node: int) -> str:
         """A ball around a node that holds no other."""
         x, y, z = self.deck.points[node].tolist()
-        r = self._near()
         unit = self.units.of_length
         apart = " + ".join(f"({axis} - {unit(v)})^2" if v >= 0 else f"({axis} + {unit(-v)})^2" for axis, v in
                            zip("xyz", (x, y, z), strict=True))  # fmt: skip
-        return f"{apart} <= ({unit(r)})^2"
+        return f"{apart} <= ({unit(self._near)})^2"
 
+    @cached_property
     def _near(self) -> float:
         corners = self.deck.points[self.deck.cells]
         gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)

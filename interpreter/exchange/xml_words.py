@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.interpreter.exchange.record import Floats, Ints
-from softmark.interpreter.models.results.readers.trees import ElementT
+from softmark.interpreter.models.results.readers.trees import AGAIN, ElementT
 from softmark.references.measured import Unreadable
 
-AGAIN = "write the file again: it may be cut off"
 LARGEST = 1 << 40  # of a number of a node
 
 

@@ -241,6 +241,8 @@ def test_nothing_is_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert main(["import", str(PARTS / "deck.inp"), "--units", "mm-g-s"]) == 2
     assert "deck.scene is there already" in capsys.readouterr().err
     assert (tmp_path / "deck.scene").read_text() == before
+    assert main(["import", str(PARTS / "deck.inp"), "--units", "mm-t-s", "--out", "."]) == 2
+    assert ". is there already" in capsys.readouterr().err
 
 
 # ------------------------------------------------------------------ the same numbers
@@ -391,6 +393,7 @@ HOSTILE = [
     ("1, 4, 5, 8\n", "--5, 1\n"),
     ("*NSET, NSET=WALL\n1, 4, 5, 8", "*NSET, NSET=WALL, GENERATE\n5"),
     ("*NSET, NSET=WALL\n1, 4, 5, 8", "*NSET, NSET=WALL, GENERATE\n1, 999999999999, 1"),
+    ("*NSET, NSET=WALL\n1, 4, 5, 8", "*NSET, NSET=WALL, GENERATE\n8, 5, 1"),
     ("1, 4, 5, 8\n", "WALL\n"),
     ("1, 4, 5, 8\n", "S0, S0\n" + "".join(f"*NSET, NSET=S{i}\nS{i + 1}, S{i + 1}\n" for i in range(49))),
     ("7.8E-9", "1e305"),
@@ -404,6 +407,13 @@ HOSTILE = [
 def test_decks_that_would_break_a_reader(old: str, new: str, tmp_path: Path) -> None:
     with pytest.raises((Unreadable, Unasked)):
         text_of(deck(tmp_path, (old, new)))
+
+
+def test_atoms_from_the_last_to_the_first_are_none(tmp_path: Path) -> None:
+    (tmp_path / "rod.pml").write_bytes((OWN / "rod.pml").read_bytes())
+    (tmp_path / "rod.lml").write_text((OWN / "rod.lml").read_text().replace("0-3", "3-0"))
+    with pytest.raises(Unreadable, match="ends before it begins"):
+        formats.read(tmp_path / "rod.pml")
 
 
 @pytest.mark.parametrize("told", ["gel(", "gel\nload a = gravity(1 m/s^2)", "", "a b"])

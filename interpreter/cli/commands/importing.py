@@ -11,6 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic, visible
 from softmark.interpreter.cli.commands.scenes import errors, load, show
 
 if TYPE_CHECKING:
+    from softmark.interpreter.exchange.record import Left
     from softmark.interpreter.exchange.scene import Written
 
 
@@ -34,7 +35,7 @@ def run(parsed: argparse.Namespace) -> int:
     """Write a scene, and say what it does not have."""
     path = Path(parsed.file)
     target = Path(parsed.out or f"{path.stem}.scene")
-    mesh = target.with_name(f"{target.stem}-mesh.inp" if path.suffix.lower() != ".msh" else path.name)
+    mesh = target.parent / (f"{target.stem}-mesh.inp" if path.suffix.lower() != ".msh" else path.name)
     try:
         found = _written(parsed, path, mesh.name)
     except _Refused as refused:
@@ -55,7 +56,7 @@ def run(parsed: argparse.Namespace) -> int:
     for file in (target, mesh):
         print(visible(str(file)))
     problems = errors(load(str(target))[1])
-    show([*(_left(path, *own) for own in ((o.what, o.why, o.line) for o in found.left)), *problems])
+    show([*(_left(path, what) for what in found.left), *problems])
     return 2 if problems else 0
 
 
@@ -86,6 +87,6 @@ def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> Written:
         raise _Refused("E753", error.reason, error.remedy) from None
 
 
-def _left(path: Path, what: str, why: str, line: int | None) -> Diagnostic:
-    place = path.name if line is None else f"{path.name}:{line}"
-    return Diagnostic("W750", visible(f"not carried over: {what} ({place})"), None, None, help=visible(why))
+def _left(path: Path, left: Left) -> Diagnostic:
+    place = path.name if left.line is None else f"{path.name}:{left.line}"
+    return Diagnostic("W750", visible(f"not carried over: {left.what} ({place})"), None, None, help=visible(left.why))

@@ -110,6 +110,12 @@ def _generated(row: list[str]) -> list[str]:
     return [str(n) for n in range(first, last + 1, step)]
 
 
+def sides_of(element: type[Element]) -> list[int]:
+    """Which of an element's facets S1, S2, ... are."""
+    own = [frozenset(side[: element.facet.corners]) for side in element.facets]
+    return [own.index(frozenset(side)) for side in SIDES[element.corners]]
+
+
 @dataclass
 class _Sets:
     """Sets of a file as members of its mesh."""
@@ -164,9 +170,7 @@ class _Sets:
         return Members(np.array(cells, dtype=np.int64), np.zeros((0, 2), dtype=np.int64), facets, foreign)
 
     def _surface(self, rows: list[tuple[str, str]]) -> Members:
-        sides, corners = SIDES[self.element.corners], self.element.facet.corners
-        own = [frozenset(side[:corners]) for side in self.element.facets]
-        table = {f"S{k}": own.index(frozenset(side)) for k, side in enumerate(sides, start=1)}
+        table = {f"S{k}": side for k, side in enumerate(sides_of(self.element), start=1)}
         known = {n.upper(): n for n in self.file.elsets}
         faces, foreign = [], 0
         for word, side in rows:
