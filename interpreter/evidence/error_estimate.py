@@ -45,6 +45,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
 from softmark.interpreter.results.stated import StatedError
+from softmark.interpreter.results.states import SOLVED
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
@@ -241,7 +242,7 @@ def stated(
     `views` has the models that metrics compare with, `before` what it stated in the states before. Where nobody
     `asked`, what costs next to nothing.
     """
-    if result.status not in ("converged", "capped"):
+    if result.status not in SOLVED:
         return {}
     whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
     doubts, found = doubts_of(scene, declared, warnings), {}

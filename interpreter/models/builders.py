@@ -80,11 +80,11 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
             raise
         from softmark.interpreter.models.shared.unbuilt import Unbuilt
 
-        return Unbuilt(case, whose)
+        return Unbuilt(whose, "failed")
     if missing:
         from softmark.interpreter.models.shared.unbuilt import Unbuilt
 
-        return Unbuilt(case, f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`")
+        return Unbuilt(f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`", "failed")
     return prepared
 
 

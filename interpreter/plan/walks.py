@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import Literal
 
 from softmark.interpreter.plan.ladder import Ladder
+from softmark.interpreter.results.states import SOLVED
 from softmark.records import dataclass
 
 Until = Literal["failure", "inaccuracy"]
@@ -29,7 +30,7 @@ class PointClass:
     def of(cls, word: str, status: str | None = None) -> PointClass:
         """By the class; where the reference has no answer, by the model's own status."""
         if word == "unjudged":
-            known = None if status is None else status in ("converged", "capped")
+            known = None if status is None else status in SOLVED
             return cls(word, known)
         return cls(word, word in ANSWERS)
 

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+KEPT = 2000  # states of a motion; of more steps, every second, third ... is kept
+
 
 @dataclass(frozen=True)
 class History:

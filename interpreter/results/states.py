@@ -17,7 +17,8 @@ from typing import Any
 
 from softmark.records import dataclass
 
-ANSWERED = ("converged", "capped", "read")
+SOLVED = ("converged", "capped")  # here: by us, or by a program that we ran
+ANSWERED = (*SOLVED, "read")
 LEFT_OUT = ("skipped", "unsupported")  # nothing was tried: no failure, and no answer
 
 

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.results import forms
 from softmark.interpreter.results.plain import clean
+from softmark.interpreter.results.states import SOLVED
 from softmark.interpreter.run.environment import environment
-from softmark.interpreter.study.analysis.point import READ, SOLVED, part_of
+from softmark.interpreter.study.analysis.point import part_of
 from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
 from softmark.interpreter.study.expansion.tasks import FINE, failed
 from softmark.interpreter.study.expansion.truths import marked
@@ -239,7 +240,7 @@ def _timing(
 
 def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:
     found = outcomes.get(configuration.key)
-    return found is not None and found.status in SOLVED and found.status != READ
+    return found is not None and found.status in SOLVED
 
 
 def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:

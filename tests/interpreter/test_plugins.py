@@ -184,6 +184,7 @@ def test_a_model_that_cannot_be_built_fails_alone(given: str, reason: str, tmp_p
     assert models["soft"].status == "converged"
     assert models["theirs"].status == "failed"
     assert reason in (models["theirs"].message or "")
+    assert (models["theirs"].loads, models["theirs"].size) == ({}, {})  # not known, and not zero
 
 
 @pytest.mark.slow

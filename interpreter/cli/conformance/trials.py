@@ -21,7 +21,7 @@ from softmark.interpreter.language.plugins import blamed, told
 from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.language.schema import Constructor
 from softmark.interpreter.problem.case import Fault, case_for, case_of
-from softmark.interpreter.results.states import ANSWERED
+from softmark.interpreter.results.states import ANSWERED, LEFT_OUT
 from softmark.records import dataclass
 
 GEL = "neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
@@ -102,7 +102,7 @@ def _computed(trial: Trial, scene: Scene) -> Iterator[Breach]:
     first, again = (run(scene, (), Options(draw=False, only=("cells",))) for _ in range(2))
     model, other = first.models["cells"], again.models["cells"]
     if model.status not in ANSWERED:
-        untried = model.status in ("skipped", "unsupported")
+        untried = model.status in LEFT_OUT
         yield Breach(f"the scene with it is {model.status.replace('_', ' ')}: {model.message}",
                      "a beam of 40 mm that hangs by one end has an answer", untried)  # fmt: skip
         return

@@ -12,6 +12,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import case_for, fault
+from softmark.interpreter.results.states import SOLVED
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 
@@ -71,7 +72,7 @@ class Start:
         wall, cpu = time.perf_counter(), time.process_time()
         solution = self.prepared.solve(watch)
         x = None
-        if solution.displacement is not None and solution.status in ("converged", "capped"):
+        if solution.displacement is not None and solution.status in SOLVED:
             x = np.asarray(solution.displacement(X)).ravel()
         spent = time.perf_counter() - wall, time.process_time() - cpu
         return Begun(self.name, solution, x, spent)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
@@ -22,7 +22,8 @@ from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer
 from softmark.interpreter.models.outside.running import End
 from softmark.interpreter.models.outside.telling import Untold, told
 from softmark.interpreter.models.outside.words import GB, Outside
-from softmark.interpreter.models.shared.prepared import Meshless, Moved, Prepared, Solution, Spent, Status, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Spent, Status, Workshop
+from softmark.interpreter.models.shared.unbuilt import Unbuilt
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -249,31 +250,10 @@ def load(model: Outside) -> None:
     fem.load(model.solid)
 
 
-@dataclass(frozen=True)
-class Refused(Meshless):
-    """A model that its program cannot compute: nothing is built of it."""
-
-    why: str
-    size: Mapping[str, int] = field(default_factory=dict)
-
-    @property
-    def points(self) -> Floats:
-        """None (0, 3)."""
-        return np.zeros((0, 3))
-
-    def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """None."""
-        return ()
-
-    def solve(self, watch: Watch) -> Solution:
-        """Why there is nothing."""
-        return Solution("unsupported", self.why, {})
-
-
 def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
     if reasons := model.reasons(case):
-        return Refused(model.words_of(reasons))
+        return Unbuilt(model.words_of(reasons), "unsupported")
     solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
     if isinstance(case.analysis, Dynamic):
         masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]

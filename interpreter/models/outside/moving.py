@@ -7,22 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.models.outside.problem import Answer, Motion
-from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
+from softmark.interpreter.models.shared.deformed import in_motion
 from softmark.interpreter.models.shared.prepared import Solution, Status
-from softmark.interpreter.results.history import History
-from softmark.interpreter.results.thinning import picked
+from softmark.interpreter.results.history import KEPT, History
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.mesh.interpolation import locate
 
 if TYPE_CHECKING:
     from typing import Any
 
     from softmark.interpreter.models.outside.words import Outside
     from softmark.solvers.mesh.mesh import Mesh
-
-KEPT = 2000  # states of a motion; of more steps, every second, third ... is kept
-FRAMES = 40  # of the mesh that are kept for other programs
 
 
 def motion_of(model: Outside, analysis: Dynamic, masses: Floats) -> Motion:
@@ -37,15 +32,9 @@ def motion_of(model: Outside, analysis: Dynamic, masses: Floats) -> Motion:
 def shown(motion: Motion, mesh: Mesh, answer: Answer, u: Floats, known: dict[str, Any]) -> Solution:
     """Its displacements u (t, n, 3), m, as a motion; steps that it says are not solved make it `capped`."""
     times: Floats = np.asarray(motion.step * motion.after, dtype=np.float64)
-
-    def course(X: Floats) -> Floats:
-        place = locate(mesh, X)
-        return np.array([place.interpolate(one) for one in u])
-
+    found = in_motion(mesh, times, u)
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
-    some = picked(len(times), FRAMES)
     solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
     status: Status = "capped" if answer.unsolved else "converged"
-    return Solution(status, answer.said if answer.unsolved else None, known, displacement_of(mesh, u[-1]),
-                    history=History(times, course, steps, (), motion.step, solved),
-                    mesh=Deformed(mesh, u[-1], times[some], u[some]))  # fmt: skip
+    history = History(times, found.pop("course"), steps, (), motion.step, solved)
+    return Solution(status, answer.said if answer.unsolved else None, known, history=history, **found)

@@ -32,6 +32,12 @@ class Stuff:
     cells: Ints
     choices: Mapping[str, str] = field(default_factory=dict)  # its words: volumetric = logarithmic
 
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lame's constants lam and mu, Pa, of what is told by its moduli."""
+        E, nu = self.constants["young"], self.constants["poisson"]
+        return E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * E / (1.0 + nu)
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -73,6 +79,13 @@ class Problem:
     tolerance: float = 1e-8  # of the residual
     values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
     motion: Motion | None = None
+
+    @property
+    def is_held(self) -> NDArray[np.bool_]:
+        """Which components of nodes are held (n, 3)."""
+        found = np.zeros(self.points.shape, dtype=np.bool_)
+        found[self.held[:, 0], self.held[:, 1]] = True
+        return found
 
 
 @dataclass(frozen=True)

@@ -160,8 +160,7 @@ def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion
 
 def _moduli(own: Piece, strain: str, count: int) -> Stuff:
     """A material by its moduli at rest, with the word of its law."""
-    law = next(word for word, kind in WORDS.items() if type(own.case.material) is kind)
-    return replace(_stuff(own, "small", count), law=law)
+    return replace(_stuff(own, "small", count), law=_law(own.case.material))
 
 
 def _stuff(own: Piece, strain: str, count: int) -> Stuff:
@@ -175,7 +174,6 @@ def _stuff(own: Piece, strain: str, count: int) -> Stuff:
     if strain != "finite":
         young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
         return Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
-    law = next(word for word, kind in WORDS.items() if type(material) is kind)
     constants, choices = dict[str, float](), dict[str, str]()
     for name in (f.name for f in fields(material)):
         value = getattr(material, name)
@@ -185,4 +183,9 @@ def _stuff(own: Piece, strain: str, count: int) -> Stuff:
             constants |= {f"{name}_{i}": float(v) for i, v in enumerate(value, start=1)}
         elif value is not None and name != "density":
             constants[name] = float(value)
-    return Stuff(law, constants, material.density, cells, choices)
+    return Stuff(_law(material), constants, material.density, cells, choices)
+
+
+def _law(material: Any) -> str:
+    """Its word."""
+    return next(word for word, kind in WORDS.items() if type(material) is kind)

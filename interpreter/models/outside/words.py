@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.outside import telling
 from softmark.interpreter.models.outside.adapters import PROGRAMS, Program, program
+from softmark.interpreter.models.outside.telling import Reason
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerLength
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
 else:
     Word = Literal[tuple(PROGRAMS)]
 
-Reason = tuple[str, str]  # what a program cannot do, and why
 GB = 1e9  # bytes
 
 
@@ -153,8 +154,6 @@ class Outside(Model):
 
     def reasons(self, case: Case) -> list[Reason]:
         """What of it the program cannot do exactly as the scene means it, and why."""
-        from softmark.interpreter.models.outside import telling
-
         moves = bool(self.told.moves)
         return [*telling.reasons(self.solid, case, moves), *self._of_program(case), *self._of_steps(case)]
 

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from softmark.interpreter.results.thinning import picked
 from softmark.records import dataclass
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
@@ -14,6 +17,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rubbing import Past
     from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.points import Joined
+
+FRAMES = 40  # of the mesh that are kept for other programs
 
 
 @dataclass(frozen=True)
@@ -68,3 +73,15 @@ class Deformed(Meshed):
     rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
     stiffer: float = 1.0  # times what was begun with were the barriers before them
     joined: Mapping[str, Joined] = field(default_factory=dict)  # points that are kept clear besides, by contact
+
+
+def in_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
+    """What a solution has of displacements u (t, n, 3), m, at times (t,), s: `course`, `displacement` and `mesh`."""
+
+    def course(X: Floats) -> Floats:
+        place = locate(mesh, X)
+        return np.array([place.interpolate(one) for one in u])
+
+    some = picked(len(times), FRAMES)
+    last = Deformed(mesh, u[-1], times[some], u[some])
+    return {"course": course, "displacement": displacement_of(mesh, u[-1]), "mesh": last}

@@ -18,7 +18,7 @@ from softmark.interpreter.models.shared.meshing import mesh_facts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case, Fault, Touch
 from softmark.interpreter.problem.tables import table_fault
-from softmark.interpreter.results.history import History
+from softmark.interpreter.results.history import KEPT, History
 from softmark.interpreter.results.thinning import picked
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
@@ -32,7 +32,6 @@ from softmark.solvers.dynamics.resolution import WRONG, Resolution, resolution, 
 from softmark.solvers.dynamics.scheme import Motion, StepTooLong
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
 from softmark.solvers.energies.energy import Energy, Floats, Lagging, Wandering
-from softmark.solvers.mesh.interpolation import locate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,9 +40,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Statics, Watch
 
-KEPT = 2000  # states of a march; of more steps, every second, third ... is kept
-FRAMES = 40  # of the mesh that are kept for other programs
-LOOKED = 10  # of them in which faces that pass through each other are looked for, by a test that takes long
+LOOKED = 10  # of the FRAMES in which faces that pass through each other are looked for, by a test that takes long
 MOMENTS = 200  # of the energies that a report keeps
 BOUNCES = 50  # impacts that a report keeps
 KEEPS = "trapezoidal"  # the integrator that takes least energy
@@ -195,18 +192,10 @@ class PreparedMotion:
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
         """What a solution has of the states (t, ...) that were kept: `course`, `displacement` and, if any, `mesh`."""
-        from softmark.interpreter.models.shared.deformed import Deformed, displacement_of
+        from softmark.interpreter.models.shared.deformed import in_motion
 
         assert self.mesh is not None
-        body, nodes = self.mesh, states.reshape(len(states), -1, 3)
-
-        def course(X: Floats) -> Floats:
-            place = locate(body, X)
-            return np.array([place.interpolate(u) for u in nodes])
-
-        some = picked(len(times), FRAMES)
-        mesh = Deformed(body, nodes[-1], times[some], nodes[some])
-        return {"course": course, "displacement": displacement_of(body, nodes[-1]), "mesh": mesh}
+        return in_motion(self.mesh, times, states.reshape(len(states), -1, 3))
 
     def _crossings(self, mesh: Any) -> dict[str, Any]:
         """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""

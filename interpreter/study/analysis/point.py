@@ -13,12 +13,12 @@ from functools import cached_property
 from typing import ClassVar
 
 from softmark.interpreter.results.plain import Json, Plain, by_name, several
+from softmark.interpreter.results.states import ANSWERED
 from softmark.interpreter.study.analysis.quality import WHOLE
 from softmark.interpreter.study.expansion.outcome import PointError, PointWarning, ProbeTrace
 from softmark.records import dataclass
 
 READ = "read"  # solved by somebody else, and no clock of ours
-SOLVED = ("converged", "capped", READ)
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
 SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
@@ -205,7 +205,7 @@ class ComparedPoint:
     @property
     def solved(self) -> bool:
         """Whether it has a solution."""
-        return self.status in SOLVED
+        return self.status in ANSWERED
 
     @property
     def timed(self) -> bool:

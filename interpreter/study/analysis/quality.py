@@ -18,7 +18,8 @@ import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-GOOD = ("converged", "capped")
+from softmark.interpreter.results.states import SOLVED
+
 OWN, WHOLE = "own clock", "whole process"  # of another program
 FEWEST = 3  # clean runs that a median can rest on
 
@@ -58,7 +59,7 @@ CostJson = dict[str, Any]  # what `point.Cost` is read from
 
 def good(record: Record) -> bool:
     """Whether a record is a timed solution."""
-    return record.get("status") in GOOD and bool(record.get("wall_s"))
+    return record.get("status") in SOLVED and bool(record.get("wall_s"))
 
 
 def usual_pace(records: Iterable[Record]) -> float | None:
@@ -100,7 +101,7 @@ def refusal(records: Sequence[Record]) -> str | None:
     """Why there are no times, where there are none."""
     if any(good(r) for r in records):
         return None
-    bad = [r for r in records if r.get("status") not in GOOD]
+    bad = [r for r in records if r.get("status") not in SOLVED]
     return str(bad[-1].get("message") or bad[-1].get("status")) if bad else "it was not timed"
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from softmark.interpreter.results.states import SOLVED
 from softmark.interpreter.study.analysis import quality
 from softmark.interpreter.study.expansion.job import TimingJob
 from softmark.interpreter.study.timing.gauges import Gauges
@@ -77,7 +78,7 @@ class _Book:
 
     def due(self, job: TimingJob) -> bool:
         """Whether it needs another run: there are too few clean ones, and it has not failed or been tried enough."""
-        if any(r.get("status") not in quality.GOOD for r in self.of(job)):
+        if any(r.get("status") not in SOLVED for r in self.of(job)):
             return False
         runs, wanted = self.timed(job), self.wanted(job)
         calm = sum(quality.clean(r, self.pace) for r in runs)

@@ -22,6 +22,7 @@ from dataclasses import field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results.states import SOLVED
 from softmark.interpreter.study.analysis.quality import OWN, WHOLE
 from softmark.interpreter.study.expansion.job import TimingJob
 from softmark.interpreter.study.timing.gauges import Gauges, load_average, memory, pace
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.study.timing.phases import Phases
 
-GOOD = ("converged", "capped")
 FACTS = ("iterations", "steps", "residual", "linear_solver", "criterion", "unsolved", "halved")
 QUANTILES = {"median": 0.5, "p95": 0.95, "p99": 0.99, "max": 1.0}
 
@@ -57,7 +57,7 @@ class Clocked:
     @property
     def good(self) -> bool:
         """Whether there is a solution."""
-        return self.solution.status in GOOD
+        return self.solution.status in SOLVED
 
 
 def main() -> int:

@@ -16,26 +16,22 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.outside.adapters import PROGRAMS
 from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from softmark.interpreter.models.outside.decks.named import Named
     from softmark.interpreter.models.outside.problem import Floats, Ints, Problem, Stuff
-else:
-    from softmark.solvers.base.deferred import np
 
-title = "CalculiX"
+title = PROGRAMS["calculix"].title
 program = "ccx"
 install = "install the package `calculix-ccx` (Debian, Ubuntu), or see calculix.de"
 
 elements: Mapping[str, str] = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
-laws: Mapping[str, tuple[str, ...]] = {
-    "small": ("linear_elastic",),
-    "finite": ("st_venant_kirchhoff", "neo_hookean_isochoric", "mooney_rivlin", "yeoh"),
-}
+laws = PROGRAMS["calculix"].laws
 others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
     "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is"
     " `neo_hookean_isochoric`, and not ln J",

@@ -24,13 +24,13 @@ PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.felupe"
 install, version, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
-# its cells are numbered as ours; its quadrature has as many points as we take
+# its cells are named as meshio's, and numbered as ours; its quadrature has as many points as we take
 REGIONS = {
-    "tet4": ("RegionTetra", "tetra"),
-    "tet10": ("RegionQuadraticTetra", "tetra10"),
-    "hex8": ("RegionHexahedron", "hexahedron"),
-    "hex20": ("RegionQuadraticHexahedron", "hexahedron20"),
-    "hex27": ("RegionTriQuadraticHexahedron", "hexahedron27"),
+    "tet4": "RegionTetra",
+    "tet10": "RegionQuadraticTetra",
+    "hex8": "RegionHexahedron",
+    "hex20": "RegionQuadraticHexahedron",
+    "hex27": "RegionTriQuadraticHexahedron",
 }
 SHORTEST = 1.0 / 512.0  # of the load: a step of less is given up
 MOST = 16  # iterations of a step
@@ -63,11 +63,11 @@ def law(problem: Problem) -> Any:
 
     (stuff,) = problem.stuff
     E, nu = stuff.constants["young"], stuff.constants["poisson"]
-    mu = 0.5 * E / (1.0 + nu)
+    lam, mu = stuff.lame
     if problem.strain == "small":
         return felupe.LinearElastic(E, nu)
     if stuff.law == "neo_hookean":
-        return felupe.NeoHookeCompressible(mu=mu, lmbda=E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)))
+        return felupe.NeoHookeCompressible(mu=mu, lmbda=lam)
     return felupe.NeoHooke(mu=mu, bulk=E / (3.0 * (1.0 - 2.0 * nu)))
 
 
@@ -77,8 +77,10 @@ class Newton:
     def __init__(self, problem: Problem) -> None:
         import felupe
 
-        region, cells = REGIONS[problem.element]
-        mesh = felupe.Mesh(problem.points, problem.cells, cells)
+        from softmark.solvers.elements import element_of
+
+        region = REGIONS[problem.element]
+        mesh = felupe.Mesh(problem.points, problem.cells, element_of(problem.element).meshio)
         self.problem = problem
         self.field = felupe.FieldContainer([felupe.Field(getattr(felupe, region)(mesh), dim=3)])
         self.load = felupe.PointLoad(self.field, np.arange(len(problem.points)), np.zeros_like(problem.forces))

@@ -38,8 +38,7 @@ def solved(problem: Problem) -> Answer:
         raise NoAnswer("it knows no state of rest")
     model = mujoco.MjModel.from_xml_string(deck(problem, motion))
     data = mujoco.MjData(model)
-    free = np.ones(problem.points.shape, dtype=bool)
-    free[problem.held[:, 0], problem.held[:, 1]] = False
+    free = ~problem.is_held
     forces = problem.forces[free]  # of joints, in their order: node by node
     drag = motion.damping_mass * np.repeat(motion.masses, 3).reshape(-1, 3)[free]
     u, wanted = np.zeros((len(motion.after), *free.shape)), {int(n): i for i, n in enumerate(motion.after)}
@@ -83,8 +82,7 @@ damping="{motion.damping_stiffness!r}"/></flex></deformable>
 
 def nodes(problem: Problem, motion: Motion) -> Any:
     """A body for every node, with a slide for each component that is free."""
-    free = np.ones(problem.points.shape, dtype=bool)
-    free[problem.held[:, 0], problem.held[:, 1]] = False
+    free = ~problem.is_held
     for i, (X, mass) in enumerate(zip(problem.points.tolist(), motion.masses.tolist(), strict=True)):
         slides = "".join(f'<joint type="slide" axis="{axis}"/>' for k, axis in enumerate(AXES) if free[i, k])
         inertia = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{SMALL} {SMALL} {SMALL}"/>'

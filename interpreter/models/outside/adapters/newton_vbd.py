@@ -84,8 +84,7 @@ def built(problem: Problem, motion: Motion, colours: bool) -> Any:
 
     warp.config.quiet = True
     (stuff,) = problem.stuff
-    E, nu = stuff.constants["young"], stuff.constants["poisson"]
-    mu, lam = 0.5 * E / (1.0 + nu), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    lam, mu = stuff.lame
     masses = motion.masses.copy()
     masses[problem.held[:, 0]] = 0.0
     builder, count = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0)), len(masses)

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.outside.adapters import packaged
-from softmark.interpreter.models.outside.adapters.scikit_fem import moduli
 from softmark.interpreter.models.outside.problem import Answer, Problem
 
 PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.ngsolve", "ngsolve", "ngsolve", "ngsolve")
@@ -28,8 +27,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Nodes that are held in the middle of an edge alone, which no shape function of its own is zero at."""
     if problem.element != "tet10":
         return []
-    held = np.zeros(problem.points.shape, dtype=bool)
-    held[problem.held[:, 0], problem.held[:, 1]] = True
+    held = problem.is_held
     pairs, middles = ends(problem)
     if np.any(held[middles] & ~held[pairs].all(axis=1)):
         return [("supports that hold nodes between corners alone", "its shape functions are hierarchical")]
@@ -53,7 +51,7 @@ def solved(problem: Problem) -> Answer:
     ng.ngsglobals.msg_level = 0
     body = Body(problem)
     u, v = body.space.TnT()
-    lam, mu = (body.cellwise(c) for c in moduli(problem))
+    lam, mu = (body.cellwise(c) for c in packaged.moduli(problem))
 
     def eps(w: Any) -> Any:
         return 0.5 * (ng.Grad(w) + ng.Grad(w).trans)
@@ -177,8 +175,8 @@ class Body:
         import ngsolve as ng
 
         node, component = self.problem.held.T
-        u, is_held = np.zeros(self.problem.points.shape), np.zeros(self.problem.points.shape, dtype=bool)
-        u[node, component], is_held[node, component] = self.problem.values, True
+        u, is_held = np.zeros(self.problem.points.shape), self.problem.is_held
+        u[node, component] = self.problem.values
         state = ng.GridFunction(self.space)
         fixed = np.zeros((3, self.space.ndof // 3), dtype=bool)
         fixed[:, : len(self.corners)] = is_held[self.corners].T

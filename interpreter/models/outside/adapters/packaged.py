@@ -103,6 +103,14 @@ def problem_in(folder: Path) -> Problem:
     return Problem(**known, **alike, stuff=stuff, shares=tuple(words["shares"]), motion=motion)
 
 
+def moduli(problem: Problem) -> tuple[Any, Any]:
+    """Lame's constants of the cells (m,) each, Pa."""
+    lam, mu = np.empty(len(problem.cells)), np.empty(len(problem.cells))
+    for stuff in problem.stuff:
+        lam[stuff.cells], mu[stuff.cells] = stuff.lame
+    return lam, mu
+
+
 def main(solved: Callable[[Problem], Answer]) -> int:
     """In the process of its own: read, solve, write; its clock of both files is `io_s`."""
     folder = Path(sys.argv[1])

@@ -43,7 +43,7 @@ def solved(problem: Problem) -> Answer:
     basis = skfem.Basis(mesh, skfem.ElementVector(element), intorder=degree)
     places = np.zeros(problem.points.shape, dtype=np.int64)  # of ours among its degrees of freedom (n, 3)
     places[cells] = basis.element_dofs.T.reshape(*cells.shape, 3)
-    lam, mu = (c[:, None] * np.ones(basis.dx.shape) for c in moduli(problem))
+    lam, mu = (c[:, None] * np.ones(basis.dx.shape) for c in packaged.moduli(problem))
     f, x = basis.zeros(), basis.zeros()
     f[places] = problem.forces
     fixed = places[problem.held[:, 0], problem.held[:, 1]]
@@ -70,16 +70,6 @@ def order(name: str, element: Any) -> list[int]:
     ours = element_of(name).places()
     theirs = element.doflocs if name.startswith("tet") else 2.0 * element.doflocs - 1.0
     return [int(np.flatnonzero(np.abs(ours - X).max(axis=1) < 1e-12)[0]) for X in theirs]
-
-
-def moduli(problem: Problem) -> tuple[Any, Any]:
-    """Lame's constants of the cells (m,) each, Pa."""
-    lam, mu = np.empty(len(problem.cells)), np.empty(len(problem.cells))
-    for stuff in problem.stuff:
-        E, nu = stuff.constants["young"], stuff.constants["poisson"]
-        lam[stuff.cells] = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-        mu[stuff.cells] = 0.5 * E / (1.0 + nu)
-    return lam, mu
 
 
 if __name__ == "__main__":

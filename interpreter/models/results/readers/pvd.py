@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +14,7 @@ from softmark.interpreter.models.results.readers.vtu import read_moment
 from softmark.interpreter.models.results.told import Told
 from softmark.references.measured import Unreadable
 from softmark.references.rationing import rationed
-
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+from softmark.references.tables import NUMBER
 
 
 def read(file: Path) -> Told:

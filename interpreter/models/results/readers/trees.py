@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.models.results.readers.moments import AGAIN
 from softmark.references.measured import Unreadable
 
-AGAIN = "write the file again: it may be cut off"
 DEEP = 50  # elements within each other
 ElementT = ElementTree.Element
 

@@ -12,6 +12,7 @@ from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
 from softmark.interpreter.results.reactions import Touched
 from softmark.interpreter.results.report import Report
+from softmark.interpreter.results.states import SOLVED
 
 LEAD = (
     "What every contact does to the body that deforms{}, the area that is pressed, the largest pressure there, and the "
@@ -29,7 +30,7 @@ MISSED = 0.005  # of what a contact selects: less is not worth a word
 def section_of(findings: Findings) -> str:
     """A table of all contacts; empty where no model has any."""
     models = findings.report.models
-    known = by_thing({n: m.contacts for n, m in models.items() if m.status in ("converged", "capped")})
+    known = by_thing({n: m.contacts for n, m in models.items() if m.status in SOLVED})
     rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
     moving = any("momentum" in model.solve for model in models.values())
     return table_section("Contacts", LEAD.format(findings.of_last or (ENDED if moving else "")), HEAD, rows)

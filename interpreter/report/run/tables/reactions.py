@@ -13,6 +13,7 @@ from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
 from softmark.interpreter.results.reactions import HeldSupport
 from softmark.interpreter.results.report import ModelResult, Report
+from softmark.interpreter.results.states import SOLVED
 
 LEAD = (
     "What every support does to the body at rest{}: its force, and its moment about the middle of what it holds. "
@@ -34,7 +35,7 @@ def section_of(findings: Findings) -> str:
         _row(support, name, held, models[name].solve.get("checks") or {})
         for support, own in known.items()
         for name, held in own.items()
-        if models[name].status in ("converged", "capped")
+        if models[name].status in SOLVED
     ]
     pressed = ", rigid bodies that touch it" if findings.report.names.of_kind(RIGID) else ""
     return table_section("Supports", LEAD.format(findings.of_last, pressed), HEAD, rows)
