@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.interpreter.exchange.record import Floats, Ints
-from softmark.interpreter.models.results.readers.trees import AGAIN, ElementT
+from softmark.interpreter.models.results.readers.moments import AGAIN
+from softmark.interpreter.models.results.readers.trees import ElementT
 from softmark.references.measured import Unreadable
 
 LARGEST = 1 << 40  # of a number of a node

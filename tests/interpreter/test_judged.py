@@ -114,6 +114,9 @@ def test_a_motion_is_that_of_the_series(tmp_path: Path) -> None:
     more = "analysis fall = dynamic(duration = 250 ms, step = 10 ms, integrator = newmark)\n"
     model = judged(f'results("{series(tmp_path, [0.0, 100.0, 200.0, 300.0])}", unit = 1 mm, time = 1 ms)', more)
     assert measured(model)[0] == pytest.approx(250.0 * END[0], rel=1e-12)
+    seen = model.probes["end"]
+    np.testing.assert_allclose(seen.times, [0.0, 0.1, 0.2, 0.25], rtol=1e-12)  # what comes later is of no motion here
+    np.testing.assert_allclose(1e3 * seen.course[:, 0, 0], seen.times * 1e3 * END[0], rtol=1e-12)
     with pytest.raises(SceneError, match="E703"):
         judged(f'results("{tmp_path / "s.pvd"}", unit = 1 mm)', more.replace("250 ms", "400 s"))
 

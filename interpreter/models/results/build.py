@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,12 +45,14 @@ MOVED = (
 
 @dataclass(frozen=True)
 class PreparedResults(Meshless):
-    """What a file tells of a body. `which` of its times are looked at: one, or all of a motion."""
+    """What a file tells of a body: displacements `u` (t, n, 3), m, of its points in the state of rest that is looked
+    at, or in a motion up to its end, at `times` (t,), s. The last are those of the state, and of the end."""
 
     declared: Declared
     case: Case
     found: Matched
-    which: Floats  # (t,) weights of each time in the state of rest that is looked at, or in the end of a motion
+    times: Floats | None
+    u: Floats
     facts: dict[str, Any]
     doubts: tuple[Diagnostic, ...]
 
@@ -79,23 +80,17 @@ class PreparedResults(Meshless):
         far = float(self.found.outside(X).max(initial=0.0))
         return far if far > _within(self.declared.thing, self.case) else 0.0
 
-    @cached_property
-    def _u(self) -> Floats:
-        found: Floats = np.einsum("t,tni->ni", self.which, self.found.u)
-        return found
-
     def solve(self, watch: Watch) -> Solution:
         """Nothing: what the file tells."""
-        found, which = self.found, self.which
-        history = times = frames = None
-        if isinstance(self.case.analysis, Dynamic) and found.times is not None:
-            step = float(np.diff(found.times).max(initial=0.0))
-            history = History(found.times, found.at, (), (), step)
-            times, frames = found.times, found.u
-        mesh = None if found.mesh is None else Deformed(found.mesh, self._u, times, frames)
+        found, last = self.found, self.u[-1:]
+        history = frames = None
+        if self.times is not None:
+            step = float(np.diff(self.times).max(initial=0.0))
+            history, frames = History(self.times, lambda X: found.at(X, self.u), (), (), step), self.u
+        mesh = None if found.mesh is None else Deformed(found.mesh, last[0], self.times, frames)
 
         def displacement(X: Floats) -> Floats:
-            moved: Floats = np.einsum("t,tki->ki", which, found.at(X))
+            moved: Floats = found.at(X, last)[0]
             return moved
 
         return Solution("read", None, {"match": self.facts}, displacement, history=history, mesh=mesh)
@@ -111,19 +106,24 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     if key not in workshop.meshes:
         workshop.meshes[key] = _matched(model, declared, case)
     found, told = workshop.meshes[key]
-    which, said = _state(declared, case, found)
-    fits, notes = _fits(model, declared, case, found)
+    times, u, said = _state(declared, case, found)
+    if (*key, model.within) not in workshop.meshes:
+        workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
+    fits, notes = workshop.meshes[*key, model.within]
     facts = {"field": found.name, **said, **fits, "unused": list(told.left)}
-    return PreparedResults(declared, case, found, which, facts, notes)
+    return PreparedResults(declared, case, found, times, u, facts, notes)
+
+
+def _read(declared: Declared, field: str) -> Told:
+    try:
+        return read(Path(getattr(declared.thing, field)))
+    except Unreadable as error:
+        at = declared.at(field)
+        raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
 
 
 def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, Told]:
-    try:
-        told = read(Path(model.path))
-        at, rest = declared.at("rest"), read(Path(model.rest)) if model.rest else None
-    except Unreadable as error:
-        at = declared.at("path")
-        raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
+    told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
     nodes: Mesh | None = located(case.shape, declared.at("by")).named() if model.by == "nodes" else None
     try:
         return matched(told, model.at, rest, model.unit, model.time, nodes), told
@@ -139,18 +139,18 @@ def _unusable(declared: Declared, error: Unmatched) -> Fault:
 # ------------------------------------------------------------------ which of its times
 
 
-def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats, dict[str, Any]]:
-    """Weights (t,) of its times in the state that is asked for, and what is said of them. Raises Fault."""
+def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | None, Floats, dict[str, Any]]:
+    """Times (t,) of a motion, displacements (t, n, 3) as asked for, and what is said of the file's. Raises Fault."""
     count, times, analysis = len(found.u), found.times, case.analysis
     said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
     if isinstance(analysis, Dynamic):
-        return _moving(declared, found, analysis.duration), said
+        return *_moving(declared, found, analysis.duration), said
     at = analysis.at if isinstance(analysis, InState) else analysis.now if isinstance(analysis, Quasistatic) else None
     if at is None:
-        return _only(count, count - 1), said
+        return None, found.u[-1:], said
     near = None if times is None else np.flatnonzero(np.abs(times - at) <= SAME * max(1.0, abs(at)))
     if near is not None and len(near):
-        return _only(count, int(near[0])), said | {"state": at}
+        return None, found.u[near[:1]], said | {"state": at}
     of = "time" if isinstance(analysis, Quasistatic) else "state"
     shown = units.show(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
     has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
@@ -158,8 +158,8 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats, dict
                 "write a series (.pvd) with one entry for each, or leave `states` out of the analysis")  # fmt: skip
 
 
-def _moving(declared: Declared, found: Matched, duration: float) -> Floats:
-    """Weights (t,) of its times in the end of a motion, linear between two of them. Raises Fault."""
+def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
+    """Its times and displacements up to the end of a motion, there linear between two of them. Raises Fault."""
     times, name = found.times, Path(declared.thing.path).name
     if times is None or len(times) < 2:
         raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
@@ -171,17 +171,11 @@ def _moving(declared: Declared, found: Matched, duration: float) -> Floats:
                     f"asked for: 0 to {units.show(duration, units.TIME)}",
                     "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
     last = int(np.searchsorted(times, duration - SAME * step))
-    weights = _only(len(times), last)
-    if times[last] > duration + SAME * step:
-        share = (duration - times[last - 1]) / (times[last] - times[last - 1])
-        weights[last - 1], weights[last] = 1.0 - share, share
-    return weights
-
-
-def _only(count: int, which: int) -> Floats:
-    found = np.zeros(count)
-    found[which] = 1.0
-    return found
+    if times[last] <= duration + SAME * step:
+        return times[: last + 1], found.u[: last + 1]
+    share = (duration - times[last - 1]) / (times[last] - times[last - 1])
+    end = (1.0 - share) * found.u[last - 1] + share * found.u[last]
+    return np.append(times[:last], duration), np.concatenate([found.u[:last], end[None]])
 
 
 def _end(times: Floats | None, which: int) -> float | None:

@@ -44,10 +44,10 @@ class Matched:
         """The diagonal of the points, m."""
         return float(np.linalg.norm(np.ptp(self.X, axis=0)))
 
-    def at(self, X: Floats) -> Floats:
-        """Displacements of material points X (k, 3), m, at all times (t, k, 3), m."""
+    def at(self, X: Floats, u: Floats) -> Floats:
+        """Displacements of material points X (k, 3), m, by those of its points u (t, n, 3): (t, k, 3), m."""
         which, share = self._places(X)[:2]
-        found: Floats = np.einsum("ka,tkai->tki", share, self.u[:, which])
+        found: Floats = np.einsum("ka,tkai->tki", share, u[:, which])
         return found
 
     def outside(self, X: Floats) -> Floats:

@@ -55,10 +55,13 @@ _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 
 def version() -> str | None:
-    """What it says of itself; None where it is not installed."""
+    """What it says of itself; None where it is not installed, or says nothing."""
     if shutil.which(program) is None:
         return None
-    said = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20, check=False).stdout.split()
+    try:
+        said = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20, check=False).stdout.split()
+    except (OSError, subprocess.TimeoutExpired):
+        return None
     return said[-1] if said else None
 
 
