@@ -201,6 +201,50 @@ def test_another_process_takes_the_same_words_and_a_changed_file_is_another_resu
     assert file in FILES
 
 
+SLAB = (
+    HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"shapes": {"slab": "Slab"}}')
+    + '''
+from softmark.solvers.mesh.shapes import Box, Shape
+
+
+@dataclass(frozen=True)
+class Slab(Shape):
+    """A flat box."""
+
+    long: Annotated[float, "m in (0, inf)", "its longest side"]
+
+    def mesh(self, kind, size, cuts=()):
+        """Its cells."""
+        return Box((self.long, self.long, self.long / 4)).mesh(kind, size)
+
+    def surface(self, size):
+        """Its surface."""
+        return Box((self.long, self.long, self.long / 4)).surface(size)
+'''
+)
+FLAT = WITHOUT.replace("box(size = (40, 10, 10) mm)", "slab(40 mm)").replace(
+    "beam6dof(segments = 2)", "fem(hex8, strain = small, size = 10 mm)"
+)
+THEIRS = HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"adapters": {"theirs": "PROGRAM"}}') + (
+    "from softmark.interpreter.models.outside.adapters import Program\n"
+    'PROGRAM = Program("Theirs", ("hex8",), {"small": ("linear_elastic",)})\n'
+    'install, refuses, write, command, read = "by hand", print, print, print, print\n'
+    'def version():\n    return "1"\n'
+)
+OUTSIDE = WITHOUT.replace("beam6dof(segments = 2)", "outside(theirs, element = hex8, strain = small, size = 10 mm)")
+
+
+@pytest.mark.parametrize(("text", "scene"), [(SLAB, FLAT), (THEIRS, OUTSIDE)])
+def test_a_changed_shape_or_adapter_of_a_plugin_is_another_result(text: str, scene: str, tmp_path: Path) -> None:
+    """The shape stands inside of a body, and the adapter behind a word of ours."""
+    keys = []
+    for more in ("", "# mended\n", ""):
+        file = plugin(tmp_path, text + more)
+        found = softmark.loads(scene, plugins=[file]).scene
+        keys.append(task_of(subject_of(found), found, "soft").key)
+    assert keys[0] == keys[2] != keys[1]
+
+
 def test_our_laws_keep_the_contract_of_laws_and_a_wrong_slope_is_found() -> None:
     law = law_for(MATERIALS["neo_hookean"](1.0, 0.3, 1.0), "finite")
     mu, lam = 1.0 / 2.6, 0.3 / (1.3 * 0.4)
