@@ -14,6 +14,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.conformance.laws import of_law
+from softmark.interpreter.cli.conformance.plugin import conformance
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.front import plugins
 from softmark.interpreter.front.catalogue import CATALOGUE, vocabulary_with
@@ -269,6 +270,50 @@ def test_conformance_says_which_contracts_are_broken(capsys: pytest.CaptureFixtu
     assert "contracts are broken" in out
     assert err.count("error[E732]") == 4
     assert main(["conformance", str(PARTS / "nowhere.py")]) == 2
+
+
+TWIST = (
+    HEAD.replace(
+        '{"metrics": {"sway": "Sway"}}',
+        '{"loads": {"twist": "Twist"}, "examples": {"twist": "twist(bar, by = 10 nN*m, where = x >= 40 mm)"}}',
+    )
+    + '''
+from typing import Any
+from softmark.interpreter.vocabulary.loads import Load, Turning
+
+
+@dataclass(frozen=True)
+class Twist(Load):
+    """A small moment about x, on a part of the surface."""
+
+    strength = "by"
+    body: Annotated[str, "body", "the body that is loaded"]
+    by: Annotated[float, "N*m", "how strong it is"]
+    where: Annotated[Any, "condition", "which part of its surface"]
+
+    @property
+    def action(self):
+        """How it acts."""
+        return Turning(self.where, (self.by * abs(self.by) / 1e-8, 0.0, 0.0))
+'''
+)
+
+
+def test_a_small_load_is_held_to_its_proportion_as_a_large_one(tmp_path: Path) -> None:
+    """Half of it acts a quarter as much."""
+    found = conformance(plugin(tmp_path, TWIST)).diagnostics
+    assert [d.message.rpartition(": ")[2] for d in found] == ["half of it does not act half as much"]
+    sound = conformance(plugin(tmp_path, TWIST.replace(" * abs(self.by) / 1e-8", "")))
+    assert sound.sound
+
+
+def test_a_shape_is_tried_by_itself_and_one_whose_surface_is_anothers_is_found(tmp_path: Path) -> None:
+    found = conformance(plugin(tmp_path, SLAB))
+    assert found.diagnostics == ()
+    assert found.words == ("shape slab",)
+    bulky = SLAB.replace("self.long / 4)).surface", "self.long / 2)).surface")
+    (breach,) = conformance(plugin(tmp_path, bulky)).diagnostics
+    assert "its surface encloses 4e-06 m^3, its cells are 2e-06" in breach.message
 
 
 @pytest.mark.slow
