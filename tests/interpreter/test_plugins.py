@@ -15,6 +15,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.conformance.laws import of_law
 from softmark.interpreter.cli.conformance.plugin import conformance
+from softmark.interpreter.cli.conformance.trials import Trial, call_of, of_trial
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.front import plugins
 from softmark.interpreter.front.catalogue import CATALOGUE, vocabulary_with
@@ -305,6 +306,14 @@ def test_a_small_load_is_held_to_its_proportion_as_a_large_one(tmp_path: Path) -
     assert [d.message.rpartition(": ")[2] for d in found] == ["half of it does not act half as much"]
     sound = conformance(plugin(tmp_path, TWIST.replace(" * abs(self.by) / 1e-8", "")))
     assert sound.sound
+
+
+@pytest.mark.parametrize("name", ["force", "moment", "strain_energy", "work"])
+def test_metrics_of_forces_keep_the_contract_as_they_are_called_in_scenes(name: str, tmp_path: Path) -> None:
+    """Those of a support find it; those that may have a reference and have none are no errors."""
+    word = CATALOGUE.constructor("metric", name)
+    assert word is not None
+    assert list(of_trial(Trial(word, call_of(word, {}), tmp_path))) == []
 
 
 def test_a_shape_is_tried_by_itself_and_one_whose_surface_is_anothers_is_found(tmp_path: Path) -> None:

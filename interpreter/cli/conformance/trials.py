@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -169,15 +169,23 @@ class _Scaled:
         return self.law.dPdF(F) / self.mu
 
 
+def _read(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
+    """The scene with these lines, if it takes the word, which it has by a name; its text is tried."""
+    scene, errors = trial.scene(**lines)
+    if scene is None:
+        yield _refused(errors, trial)
+        return None
+    yield from of_text(scene.declared[name].thing)
+    return scene
+
+
 def _load(trial: Trial) -> Iterator[Breach]:
     from softmark.interpreter.models.shared.model import Model
 
-    scene, errors = trial.scene(push=trial.call)
+    scene = yield from _read(trial, "push", push=trial.call)
     if scene is None:
-        yield _refused(errors, trial)
         return
     push = scene.declared["push"].thing
-    yield from of_text(push)
     if push.strength not in {f.attribute for f in trial.word.fields}:
         yield Breach(f"its `strength` is {push.strength!r}, which is no field", "the field that says how much it is")
         return
@@ -192,13 +200,11 @@ def _load(trial: Trial) -> Iterator[Breach]:
 
 
 def _probe(trial: Trial) -> Iterator[Breach]:
-    scene, errors = trial.scene(more=f"probe one = {trial.call}\nmetric own = displacement(one, along = -z)\n")
+    lines = f"probe one = {trial.call}\nmetric own = displacement(one, along = -z)\n"
+    scene = yield from _read(trial, "one", more=lines)
     if scene is None:
-        yield _refused(errors, trial)
         return
-    thing = scene.declared["one"].thing
-    yield from of_text(thing)
-    X = np.array(thing.stations, dtype=np.float64)
+    X = np.array(scene.declared["one"].thing.stations, dtype=np.float64)
     if X.ndim != 2 or X.shape[1] != 3 or not len(X) or not np.isfinite(X).all():
         yield Breach(f"its stations are {X.shape}", "points as (x, y, z) in m, at least one")
         return
@@ -206,13 +212,11 @@ def _probe(trial: Trial) -> Iterator[Breach]:
 
 
 def _metric(trial: Trial) -> Iterator[Breach]:
-    scene, errors = trial.scene(more=f"reference truth = small_deflection(bar)\nmetric one = {trial.call}\n")
+    lines = f"reference truth = small_deflection(bar)\nmetric one = {trial.call}\n"
+    scene = yield from _read(trial, "one", more=lines)
     if scene is None:
-        yield _refused(errors, trial)
         return
-    metric = scene.declared["one"].thing
-    yield from of_text(metric)
-    broken = list(of_metric(trial.word.cls, metric, case_of(scene, "bar")))
+    broken = list(of_metric(trial.word.cls, scene.declared["one"].thing, case_of(scene, "bar")))
     yield from broken or _computed(trial, scene)
 
 
