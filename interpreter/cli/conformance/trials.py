@@ -287,6 +287,8 @@ def _model(trial: Trial) -> Iterator[Breach]:
 
 
 def _shape(trial: Trial) -> Iterator[Breach]:
+    from softmark.references.surfaces import signed_volume
+
     scene, errors = trial.body()
     if scene is None:
         yield _refused(errors, trial)
@@ -295,9 +297,7 @@ def _shape(trial: Trial) -> Iterator[Breach]:
     yield from of_text(shape)
     size = max(0.005, (shape.diagonal or float(np.linalg.norm(np.ptp(shape.surface(0.005)[0], axis=0)))) / 10.0)
     mesh = shape.mesh("tet4", size)
-    X, triangles = shape.surface(size)
-    a, b, c = (X[triangles[:, i]] for i in range(3))
-    inside, volume = float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0), float(mesh.volumes.sum())
+    inside, volume = signed_volume(*shape.surface(size)), float(mesh.volumes.sum())
     if not np.isclose(inside, volume, rtol=1e-6):
         yield Breach(f"its surface encloses {inside:.6g} m^3, its cells are {volume:.6g}", "closed, normals outward")
 
