@@ -176,7 +176,7 @@ def test_commands_that_compute_nothing_import_no_numerics(command: tuple[str, ..
 
 
 def test_help_of_what_computes_imports_no_numerics() -> None:
-    for command in ("run", "compare"):
+    for command in ("run", "compare", "board", "judge", "import"):
         code = "from softmark.interpreter.cli.main import main\n"
         code += f"try: main([{command!r}, '--help'])\nexcept SystemExit: pass"
         assert not loaded_by(f"exec({code!r})") & {*HEAVY, "distributed", "softmark.interpreter.study.compare"}

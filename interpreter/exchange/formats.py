@@ -1,15 +1,16 @@
-"""Which ending has which reader. To add a format: a module with `read(path) -> Deck`, and a line here."""
+"""Which ending has which reader. To add a format: a module with `read(path) -> Deck`, and a line here.
+
+What reads is imported when a file is read: who asks what there is loads no arrays.
+"""
 
 from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from softmark.interpreter.exchange.record import Deck
-from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed, reason_of
+if TYPE_CHECKING:
+    from softmark.interpreter.exchange.record import Deck
 
 AGAIN = "write the file again"
 READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
@@ -18,6 +19,11 @@ TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LM
 
 def read(path: Path) -> Deck:
     """What a file says. Raises Unreadable, Foreign."""
+    import numpy as np
+
+    from softmark.references.measured import Unreadable
+    from softmark.references.rationing import rationed, reason_of
+
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", f"known are {TITLES}")

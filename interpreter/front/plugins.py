@@ -159,27 +159,24 @@ copyreg.pickle(Plugin, lambda plugin: (loaded, (plugin.asked,)))  # its classes 
 
 def _read(asked: str) -> Read:
     """The text of a plugin. Raises Absent."""
-    if os.path.isfile(asked) or asked.endswith(".py") or os.sep in asked:
-        file, name = Path(asked), asked
-        module = ""
-    else:
-        file, name, module = _of_name(asked), asked, installed()[asked]
+    by_path = os.path.isfile(asked) or asked.endswith(".py") or os.sep in asked
+    file, module = (Path(asked), "") if by_path else _of_name(asked)
     try:
         data = file.read_bytes()[: LARGEST + 1]
     except OSError as error:
         said = (error.strerror or str(error)).lower()
-        raise Absent(f"the plugin {name} cannot be read: {said}", "`--plugin` takes a Python file, or the name of an "
+        raise Absent(f"the plugin {asked} cannot be read: {said}", "`--plugin` takes a Python file, or the name of an "
                      "installed plugin: `dsl list plugins`") from error  # fmt: skip
     text = data.decode("utf-8", errors="replace")
     if len(data) > LARGEST:
-        raise Absent(f"the plugin {name} is larger than 1 MB", "a plugin is a Python file that people write")
+        raise Absent(f"the plugin {asked} is larger than 1 MB", "a plugin is a Python file that people write")
     stem = re.sub(r"\W", "_", file.stem)
     own = module or f"{OWN}{stem}_{hashlib.sha256(data).hexdigest()[:12]}"
-    return Read(asked if module else str(file.resolve()), Source(name, text), str(file.resolve()), own)
+    return Read(asked if module else str(file.resolve()), Source(asked, text), str(file.resolve()), own)
 
 
-def _of_name(name: str) -> Path:
-    """The file of an installed plugin, without running it; the packages that it is in are. Raises Absent."""
+def _of_name(name: str) -> tuple[Path, str]:
+    """The file and module of an installed plugin, which is not run; the packages that it is in are. Raises Absent."""
     from importlib.util import find_spec
 
     known = installed()
@@ -194,7 +191,7 @@ def _of_name(name: str) -> Path:
         raise Absent(f"the plugin {name} cannot be found: {told(error)}", "install it anew") from error
     if spec is None or not spec.origin:
         raise Absent(f"the plugin {name} has no file: {known[name]}", "its entry point names a module")
-    return Path(spec.origin)
+    return Path(spec.origin), known[name]
 
 
 # ------------------------------------------------------------------ its table

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -202,9 +201,11 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return Vocabulary(self._places, self._elements, (*self.plugins, plugin))
 
     def __getitem__(self, kind: str) -> Mapping[str, type[Any]]:
-        own = _table(*self._places[kind])
-        theirs = [plugin.words[kind] for plugin in self.plugins if kind in plugin.words]
-        return ChainMap({}, *reversed(theirs), dict(own)) if theirs else own
+        found: Mapping[str, type[Any]] = _table(*self._places[kind])
+        for plugin in self.plugins:
+            if kind in plugin.words:
+                found = {**found, **plugin.words[kind]}
+        return found
 
     def __contains__(self, kind: object) -> bool:  # of Mapping, it would import the table
         return kind in self._places
@@ -229,11 +230,12 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
 
     def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
         """The fields of a word, with the choices that plugins add to them."""
-        more = [(f, o) for p in self.plugins for (k, n, f), o in p.choices.items() if (k, n) == (kind, name)]
-        return tuple(
-            dataclasses.replace(f, options=f.options + tuple(o for own, all_ in more if own == f.name for o in all_))
-            for f in _fields(cls)
-        )
+        found = _fields(cls)
+        for plugin in self.plugins:
+            more = {f: o for (k, n, f), o in plugin.choices.items() if (k, n) == (kind, name)}
+            if more:
+                found = tuple(dataclasses.replace(f, options=f.options + more.get(f.name, ())) for f in found)
+        return found
 
     def owner(self, kind: str, name: str) -> Plugin | None:
         """The plugin whose word this is, None of one of ours."""

@@ -238,6 +238,16 @@ def test_bash_completes_scenes(tmp_path: Path) -> None:
     assert done.stdout.split() == ["stiff-cantilever"]
 
 
+def test_bash_completes_what_commands_take(tmp_path: Path) -> None:
+    script = dsl("completion", "bash", cwd=tmp_path).stdout
+    for command, option in (("run", "--stated"), ("list", "--library"), ("new", "--out"), ("explain", "--plugin")):
+        probe = f'COMP_WORDS=(dsl {command} {option[:4]}); COMP_CWORD=2; _dsl; echo "${{COMPREPLY[@]}}"'
+        done = subprocess.run(
+            ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path
+        )
+        assert option in done.stdout.split(), command
+
+
 def test_junit_file(tmp_path: Path) -> None:
     name = written(tmp_path, SMALL + "expect rod.eta < 10 %\nexpect rod.eta > 10 %\n")
     done = dsl("run", name, "--junit", "junit.xml", cwd=tmp_path)

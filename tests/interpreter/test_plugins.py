@@ -14,6 +14,8 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.conformance.laws import of_law
+from softmark.interpreter.cli.conformance.plugin import conformance
+from softmark.interpreter.cli.conformance.trials import Trial, call_of, of_trial
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.front import plugins
 from softmark.interpreter.front.catalogue import CATALOGUE, vocabulary_with
@@ -202,6 +204,50 @@ def test_another_process_takes_the_same_words_and_a_changed_file_is_another_resu
     assert file in FILES
 
 
+SLAB = (
+    HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"shapes": {"slab": "Slab"}}')
+    + '''
+from softmark.solvers.mesh.shapes import Box, Shape
+
+
+@dataclass(frozen=True)
+class Slab(Shape):
+    """A flat box."""
+
+    long: Annotated[float, "m in (0, inf)", "its longest side"]
+
+    def mesh(self, kind, size, cuts=()):
+        """Its cells."""
+        return Box((self.long, self.long, self.long / 4)).mesh(kind, size)
+
+    def surface(self, size):
+        """Its surface."""
+        return Box((self.long, self.long, self.long / 4)).surface(size)
+'''
+)
+FLAT = WITHOUT.replace("box(size = (40, 10, 10) mm)", "slab(40 mm)").replace(
+    "beam6dof(segments = 2)", "fem(hex8, strain = small, size = 10 mm)"
+)
+THEIRS = HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"adapters": {"theirs": "PROGRAM"}}') + (
+    "from softmark.interpreter.models.outside.adapters import Program\n"
+    'PROGRAM = Program("Theirs", ("hex8",), {"small": ("linear_elastic",)})\n'
+    'install, refuses, write, command, read = "by hand", print, print, print, print\n'
+    'def version():\n    return "1"\n'
+)
+OUTSIDE = WITHOUT.replace("beam6dof(segments = 2)", "outside(theirs, element = hex8, strain = small, size = 10 mm)")
+
+
+@pytest.mark.parametrize(("text", "scene"), [(SLAB, FLAT), (THEIRS, OUTSIDE)])
+def test_a_changed_shape_or_adapter_of_a_plugin_is_another_result(text: str, scene: str, tmp_path: Path) -> None:
+    """The shape stands inside of a body, and the adapter behind a word of ours."""
+    keys = []
+    for more in ("", "# mended\n", ""):
+        file = plugin(tmp_path, text + more)
+        found = softmark.loads(scene, plugins=[file]).scene
+        keys.append(task_of(subject_of(found), found, "soft").key)
+    assert keys[0] == keys[2] != keys[1]
+
+
 def test_our_laws_keep_the_contract_of_laws_and_a_wrong_slope_is_found() -> None:
     law = law_for(MATERIALS["neo_hookean"](1.0, 0.3, 1.0), "finite")
     mu, lam = 1.0 / 2.6, 0.3 / (1.3 * 0.4)
@@ -226,6 +272,58 @@ def test_conformance_says_which_contracts_are_broken(capsys: pytest.CaptureFixtu
     assert "contracts are broken" in out
     assert err.count("error[E732]") == 4
     assert main(["conformance", str(PARTS / "nowhere.py")]) == 2
+
+
+TWIST = (
+    HEAD.replace(
+        '{"metrics": {"sway": "Sway"}}',
+        '{"loads": {"twist": "Twist"}, "examples": {"twist": "twist(bar, by = 10 nN*m, where = x >= 40 mm)"}}',
+    )
+    + '''
+from typing import Any
+from softmark.interpreter.vocabulary.loads import Load, Turning
+
+
+@dataclass(frozen=True)
+class Twist(Load):
+    """A small moment about x, on a part of the surface."""
+
+    strength = "by"
+    body: Annotated[str, "body", "the body that is loaded"]
+    by: Annotated[float, "N*m", "how strong it is"]
+    where: Annotated[Any, "condition", "which part of its surface"]
+
+    @property
+    def action(self):
+        """How it acts."""
+        return Turning(self.where, (self.by * abs(self.by) / 1e-8, 0.0, 0.0))
+'''
+)
+
+
+def test_a_small_load_is_held_to_its_proportion_as_a_large_one(tmp_path: Path) -> None:
+    """Half of it acts a quarter as much."""
+    found = conformance(plugin(tmp_path, TWIST)).diagnostics
+    assert [d.message.rpartition(": ")[2] for d in found] == ["half of it does not act half as much"]
+    sound = conformance(plugin(tmp_path, TWIST.replace(" * abs(self.by) / 1e-8", "")))
+    assert sound.sound
+
+
+@pytest.mark.parametrize("name", ["force", "moment", "strain_energy", "work"])
+def test_metrics_of_forces_keep_the_contract_as_they_are_called_in_scenes(name: str, tmp_path: Path) -> None:
+    """Those of a support find it; those that may have a reference and have none are no errors."""
+    word = CATALOGUE.constructor("metric", name)
+    assert word is not None
+    assert list(of_trial(Trial(word, call_of(word, {}), tmp_path))) == []
+
+
+def test_a_shape_is_tried_by_itself_and_one_whose_surface_is_anothers_is_found(tmp_path: Path) -> None:
+    found = conformance(plugin(tmp_path, SLAB))
+    assert found.diagnostics == ()
+    assert found.words == ("shape slab",)
+    bulky = SLAB.replace("self.long / 4)).surface", "self.long / 2)).surface")
+    (breach,) = conformance(plugin(tmp_path, bulky)).diagnostics
+    assert "its surface encloses 4e-06 m^3, its cells are 2e-06" in breach.message
 
 
 @pytest.mark.slow

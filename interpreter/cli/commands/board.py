@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import all_visible, visible
-from softmark.interpreter.cli.commands.compare import work_options
+from softmark.interpreter.cli.commands.compare import request_of, work_options
 from softmark.interpreter.cli.commands.options import folder as folder_name
 from softmark.interpreter.cli.commands.study_options import carried_out, shelved
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.study.board.cases import BoardCase
     from softmark.interpreter.study.board.cells import Board
-    from softmark.interpreter.study.compare import Comparison, ComparisonRequest
+    from softmark.interpreter.study.compare import Comparison
 
 STANDARD = "2026"
 
@@ -125,22 +124,10 @@ def _made(
     from softmark.interpreter.study.compare import compare
 
     subjects, folder = subjects_of(cases), Path(parsed.out)
-    request = _request(parsed, folder, progress)
+    request = request_of(parsed, folder, progress, not parsed.fresh, plain=True)
     scenes = [s.scene for s in subjects]
     found = carried_out(lambda: compare(subjects, request), folder, parsed, progress, "board", scenes, "index.html")
     return found if isinstance(found, int) else _shelve(title, cases, found, old, folder, parsed)
-
-
-def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> ComparisonRequest:
-    from softmark.interpreter.cli import signals
-    from softmark.interpreter.study.compare import ComparisonRequest
-
-    return ComparisonRequest(
-        folder=folder, plain=True, jobs=parsed.jobs, cluster=parsed.cluster, timeout=parsed.timeout,
-        repeats=parsed.repeats, resume=not parsed.fresh, fresh=parsed.fresh,
-        allow_contaminated=parsed.allow_contaminated, command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say,
-        saying=signals.saying,
-    )  # fmt: skip
 
 
 def _shelve(

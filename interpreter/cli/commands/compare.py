@@ -6,7 +6,7 @@ import argparse
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli.commands.options import folder as folder_name
@@ -111,14 +111,18 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
     if subjects is None:
         return 2
     folder = Path(parsed.out if parsed.out is not None else _default(subjects))
-    work, scenes = lambda: _compared(subjects, _request(parsed, folder, progress)), [s.scene for s in subjects]
+    work, scenes = lambda: _compared(subjects, folder, parsed, progress), [s.scene for s in subjects]
     found = carried_out(work, folder, parsed, progress, "compare", scenes)
     return found if isinstance(found, int) else _shelve(found, folder, parsed)
 
 
-def _compared(subjects: list[SceneSubject], request: ComparisonRequest) -> Comparison:
+def _compared(
+    subjects: list[SceneSubject], folder: Path, parsed: argparse.Namespace, progress: Progress
+) -> Comparison:  # fmt: skip
     from softmark.interpreter.study.compare import compare
 
+    request = request_of(parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
+                         study=parsed.study)  # fmt: skip
     return compare(subjects, request)
 
 
@@ -146,15 +150,17 @@ def _default(subjects: list[SceneSubject]) -> str:
     return f"{subjects[0].name}-comparison" if len(subjects) == 1 else "comparison"
 
 
-def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> ComparisonRequest:
+def request_of(
+    parsed: argparse.Namespace, folder: Path, progress: Progress, resume: bool, **asked: Any
+) -> ComparisonRequest:
+    """What `work_options` say, and what else is asked."""
     from softmark.interpreter.cli import signals
     from softmark.interpreter.study.compare import ComparisonRequest
 
     return ComparisonRequest(
-        folder=folder, vary=tuple(parsed.vary), models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs,
-        cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats, resume=parsed.resume,
-        fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated, command=shlex.join(["dsl", *sys.argv[1:]]),
-        say=progress.say, saying=signals.saying,
+        folder=folder, jobs=parsed.jobs, cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats,
+        resume=resume, fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated,
+        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say, saying=signals.saying, **asked,
     )  # fmt: skip
 
 

@@ -3,26 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from importlib import import_module
 
-OPTIONS = {
-    "check": "-p --plugin --diagnostics",
-    "plan": "-p --plugin --model",
-    "run": "-p --plugin --model --out --json --junit --vtu --repeat",
-    "compare": "-p --plugin --model --vary --study --out --json --jobs --cluster --timeout --repeats --resume --fresh"
-    " --allow-contaminated",
-    "judge": "-p --plugin --as --unit --at --rest --time --within --by --body --out --json --junit",
-    "stress": "-p --plugin --model --study --out --json --jobs --timeout --memory --resume --fresh",
-    "export": "-p --plugin --model --to --out",
-    "board": "--out --json --against --also --check --jobs --cluster --timeout --repeats --resume --fresh"
-    " --allow-contaminated",
-    "import": "--out --units --unit --stress --time --material --density",
-    "fmt": "--check",
-    "new": "--list",
-    "conformance": "",
-    "explain": "--plugin",
-    "list": "--plugin",
-    "completion": "",
-}
+OF_SCENES = ("check", "plan", "run", "judge", "compare", "stress", "export", "board", "fmt")  # these take scenes
+Options = dict[str, list[str]]  # by command
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,27 +22,39 @@ def run(parsed: argparse.Namespace) -> int:
 
     words = sorted({*CATALOGUE, *(n for t in CATALOGUE.values() for n in t), *CATALOGUE.words()})
     script = {"bash": _bash, "zsh": _zsh, "fish": _fish}[parsed.shell]
-    print(script(list(standard_scenes()), words, list(_topics(CATALOGUE))))
+    print(script(_options(), list(standard_scenes()), words, list(_topics(CATALOGUE))))
     return 0
 
 
-def _bash(scenes: list[str], words: list[str], topics: list[str]) -> str:
-    cases = "\n".join(f'    {c}) options="{o}" ;;' for c, o in OPTIONS.items())
+def _options() -> Options:
+    """What each command says that it takes."""
+    from softmark.interpreter.cli.main import COMMANDS
+
+    found = {}
+    for name, (module, _) in COMMANDS.items():
+        parser = argparse.ArgumentParser(add_help=False)
+        import_module(f"softmark.interpreter.cli.commands.{module}").arguments(parser)
+        found[name] = [option for action in parser._actions for option in action.option_strings]
+    return found
+
+
+def _bash(options: Options, scenes: list[str], words: list[str], topics: list[str]) -> str:
+    cases = "\n".join(f'    {c}) options="{" ".join(own)}" ;;' for c, own in options.items())
     return f"""# completion of dsl for bash: eval "$(dsl completion bash)"
 _dsl() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} options=""
   if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "{" ".join(OPTIONS)} --help --version" -- "$current")); return
+    COMPREPLY=($(compgen -W "{" ".join(options)} --help --version" -- "$current")); return
   fi
   case ${{COMP_WORDS[1]}} in
 {cases}
   esac
   case ${{COMP_WORDS[1]}} in
-    check|plan|run|judge|compare|stress|export|board|fmt)
+    {"|".join(OF_SCENES)})
       COMPREPLY=($(compgen -W "$options {" ".join(scenes)}" -- "$current"))
       COMPREPLY+=($(compgen -f -X '!*.scene' -- "$current") $(compgen -d -- "$current")) ;;
-    explain) COMPREPLY=($(compgen -W "{" ".join(words)}" -- "$current")) ;;
-    list) COMPREPLY=($(compgen -W "{" ".join(topics)}" -- "$current")) ;;
+    explain) COMPREPLY=($(compgen -W "$options {" ".join(words)}" -- "$current")) ;;
+    list) COMPREPLY=($(compgen -W "$options {" ".join(topics)}" -- "$current")) ;;
     completion) COMPREPLY=($(compgen -W "bash zsh fish" -- "$current")) ;;
     *) COMPREPLY=($(compgen -W "$options" -- "$current")) ;;
   esac
@@ -66,21 +62,18 @@ _dsl() {{
 complete -o filenames -F _dsl dsl"""
 
 
-def _zsh(scenes: list[str], words: list[str], topics: list[str]) -> str:
-    return f"autoload -U +X bashcompinit && bashcompinit\n{_bash(scenes, words, topics)}"
+def _zsh(options: Options, scenes: list[str], words: list[str], topics: list[str]) -> str:
+    return f"autoload -U +X bashcompinit && bashcompinit\n{_bash(options, scenes, words, topics)}"
 
 
-def _fish(scenes: list[str], words: list[str], topics: list[str]) -> str:
+def _fish(options: Options, scenes: list[str], words: list[str], topics: list[str]) -> str:
     lines = ["# completion of dsl for fish: dsl completion fish | source", "complete -c dsl -f"]
-    lines.append(f"complete -c dsl -n __fish_use_subcommand -a '{' '.join(OPTIONS)}'")
-    for command, options in OPTIONS.items():
-        for option in options.split():
+    lines.append(f"complete -c dsl -n __fish_use_subcommand -a '{' '.join(options)}'")
+    for command, own in options.items():
+        for option in own:
             flag = f"-l {option[2:]}" if option.startswith("--") else f"-s {option[1:]}"
             lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from {command}' {flag}")
-    lines.append(
-        "complete -c dsl -F -n '__fish_seen_subcommand_from check plan run judge compare stress export board fmt'"
-        f" -a '{' '.join(scenes)}'"
-    )
+    lines.append(f"complete -c dsl -F -n '__fish_seen_subcommand_from {' '.join(OF_SCENES)}' -a '{' '.join(scenes)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from explain' -a '{' '.join(words)}'")
     lines.append(f"complete -c dsl -n '__fish_seen_subcommand_from list' -a '{' '.join(topics)}'")
     return "\n".join(lines)

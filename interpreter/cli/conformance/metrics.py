@@ -23,9 +23,9 @@ NOTHING, SOMETHING = 1e-12, 1e-6  # an error of what agrees is at most, of what 
 
 
 def at_rest(share: float) -> AtRest:
-    """A state of rest with one support and one load, all forces times a share."""
+    """A state of rest with one support, by either name, and one load, all forces times a share."""
     f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
-    return AtRest({"hold": Reaction(f, m, (0.0, 0.0, 0.0), m)}, {"push": share}, share)
+    return AtRest(dict.fromkeys(("hold", "wall"), Reaction(f, m, (0.0, 0.0, 0.0), m)), {"push": share}, share)
 
 
 def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
@@ -39,7 +39,7 @@ def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
         yield Breach(f"its unit is {metric.unit!r}: {error}", 'units are as in scenes: "m", "1", "N*m"')
     names = {f.name for f in dataclasses.fields(cls)}
     told: list[float] = []
-    for seen in _seen(case, "against" in names):
+    for seen in _seen(case, getattr(metric, "against", None) is not None):
         found = _measured(metric, seen)
         yield from _of_measurement(found)
         again = _measured(metric, seen)

@@ -14,6 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.plan.needs import models_of, reached
 from softmark.interpreter.study.expansion import sources
 
@@ -29,8 +30,6 @@ def key_of(scene: Scene, model: str) -> str:
         if declared.name in whole or declared.kind not in (*SPEAKING, "model"):
             h.update(words_of(declared).encode())
     h.update(_refined_words(scene, whole).encode())
-    for name in sorted(str(p) for n in whole if (p := vars(scene.declared[n].thing).get("program")) is not None):
-        h.update(sources.of_program(name).encode())
     if any(scene.declared[name].kind == "study" for name in whole):
         h.update(_text(scene).encode())
     return h.hexdigest()
@@ -66,11 +65,13 @@ def _refined_words(scene: Scene, whole: Collection[str]) -> str:
 
 
 def words_of(declared: Declared) -> str:
-    """A declaration as text, with the contents of files in place of their names."""
+    """A declaration as text, with the contents of files in place of their names; of whose plugin and program it is."""
     text = repr(declared.thing)
     for file in sorted(set(sources.files_of(declared.thing)), key=len, reverse=True):
         text = text.replace(repr(file), sources.of_file(file))
-    whose = sources.of_plugin(type(declared.thing))
+    whose = sources.of_plugins(declared.thing)
+    if isinstance(declared.thing, Outside):
+        whose += sources.of_program(declared.thing.program)
     return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
 
 

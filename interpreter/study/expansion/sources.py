@@ -62,12 +62,19 @@ def of_file(name: str) -> str:
     return _of_regular(*_state(path))
 
 
-@cache
 def of_program(name: str) -> str:
-    """Another program with its version; that it is not there is one, too."""
+    """Another program with its version, that it is not there is one, too; and the plugin that its adapter is of."""
     from softmark.interpreter.models.outside.adapters import adapter
 
-    return f"{name} {adapter(name).version()}\0"
+    return f" {name} {_of_version(name)}{_of_module(adapter(name))}"
+
+
+@cache
+def _of_version(name: str) -> str | None:
+    from softmark.interpreter.models.outside.adapters import adapter
+
+    found: str | None = adapter(name).version()
+    return found
 
 
 def _joined(lines: Iterable[str]) -> str:
@@ -106,16 +113,28 @@ def files_of(thing: Any) -> Iterator[str]:
             yield from files_of(value)
 
 
-def of_plugin(cls: type[Any]) -> str:
-    """SHA-256 of the plugin that a class is from, "" of one of ours."""
-    file = getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
+def of_plugins(thing: Any) -> str:
+    """SHA-256 of the plugins that a declared thing is from, also inside of what it is made of; "" of ours."""
+    if not FILES:
+        return ""
+    if isinstance(thing, tuple):
+        return "".join(of_plugins(value) for value in thing)
+    if not is_dataclass(thing):
+        return ""
+    inner = "".join(of_plugins(getattr(thing, f.name)) for f in fields(thing))
+    return _of_module(sys.modules.get(type(thing).__module__)) + inner
+
+
+def _of_module(module: Any) -> str:
+    """SHA-256 of a plugin by its module, "" of ours."""
+    file = getattr(module, "__file__", None) or ""
     return f" {of_file(file)}" if file in FILES else ""
 
 
 @cache
 def _file_fields(cls: Any) -> frozenset[str]:
     """The fields of a constructor's class that hold the name of a file."""
-    if of_plugin(cls):
+    if _of_module(sys.modules.get(cls.__module__)):
         return frozenset(f.attribute for f in _fields(cls) if f.form in ("file", "files"))
     from softmark.interpreter.front.catalogue import CATALOGUE
 
