@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 ROOMS = {
     "interpreter": [
         "results", "language", "vocabulary", "problem", "metrics", "plan", "models",
-        "front", "evidence", "run", "study", "report", "exchange", "face", "cli",
+        "front", "evidence", "run", "study", "report", "exchange", "dictionary", "editor", "pages", "face", "cli",
     ],
     "solvers": [
         "base", "materials", "elements", "mesh", "energies", "sparse",

@@ -1,7 +1,7 @@
 """The measured ranges that `dsl explain` shows: `python tests/benchmarks/ranges.py DIR/stress.json SECONDS [WORD ...]`.
 
 `dsl stress beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes its part of
-`interpreter/cli/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
+`interpreter/dictionary/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
 indentation, and not those of its models; `tied=one` is a word that the model `one` alone is about.
 """
 
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 import softmark
-from softmark.interpreter.cli import ranges
+from softmark.interpreter.dictionary import ranges
 
 
 def main(file: str, seconds: str, *words: str) -> None:

@@ -30,7 +30,7 @@ from contracts import (
     scene_of,
 )
 
-from softmark.interpreter.cli.commands.explain import _constructor
+from softmark.interpreter.dictionary.words import constructor_page
 from softmark.interpreter.evidence.kinds.voucher import Voucher
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.schema import Constructor, _fields
@@ -194,7 +194,7 @@ def test_references(name: str) -> None:
     assert issubclass(cls, Reference)
     assert cls.how in get_args(How)
     assert all(len(text) > 5 for text in (cls.usually(), cls.source, cls.error_meaning))
-    assert f"Source: {cls.source}" in _constructor(Constructor(name, "reference", cls, _fields(cls)))
+    assert f"Source: {cls.source}" in constructor_page(Constructor(name, "reference", cls, _fields(cls)))
 
 
 @pytest.mark.parametrize(("cls", "words", "before"), CASES)

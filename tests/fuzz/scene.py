@@ -35,7 +35,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.grammar.diagnostic import Source, render, summary, to_json
     from softmark.grammar.parse import parse
     from softmark.grammar.print import format_source
-    from softmark.interpreter.cli.codes import pages
+    from softmark.interpreter.dictionary.codes import pages
     from softmark.interpreter.front.load import checked
     from softmark.interpreter.language.sources import Missing, _text
     from softmark.interpreter.plan.plan import plan_of

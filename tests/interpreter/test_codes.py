@@ -16,8 +16,8 @@ import softmark
 from softmark.grammar.codes import CODES
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.print import CannotFormat
-from softmark.interpreter.cli.codes import Page, pages
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.dictionary.codes import Page, pages
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 PACKAGE = Path(softmark.__file__).parents[2]

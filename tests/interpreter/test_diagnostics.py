@@ -22,8 +22,8 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.cli.codes import pages
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.dictionary.codes import pages
 
 FOLDER = Path(__file__).parents[1] / "errors"
 SCENES = sorted(FOLDER.glob("*.scene"))

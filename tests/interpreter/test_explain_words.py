@@ -7,9 +7,10 @@ import re
 import pytest
 
 import softmark
-from softmark.interpreter.cli.commands import explain
-from softmark.interpreter.cli.commands.explain import ABSENT, page
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.dictionary.absent import ABSENT
+from softmark.interpreter.dictionary.examples import sample
+from softmark.interpreter.dictionary.words import constructors, page
 from softmark.interpreter.language import units
 from softmark.interpreter.language.schema import Constructor
 from softmark.solvers.materials import WORDS
@@ -116,12 +117,12 @@ def _measured(text: str) -> tuple[list[float], tuple[int, ...]]:
     return [factor * float(x) for x in re.findall(r"[-\d.]+", found[1])], units.NONE if unit is None else unit.dimension
 
 
-@pytest.mark.parametrize("one", explain._constructors(), ids=lambda one: f"{one.kind}-{one.name}")
+@pytest.mark.parametrize("one", constructors(), ids=lambda one: f"{one.kind}-{one.name}")
 def test_what_an_example_gives_is_of_its_dimension_and_in_its_range(one: Constructor) -> None:
     """The times of `viscous` were in mm."""
     for field in one.fields:
         if field.form in ("quantity", "each", "list", "vector", "vectors", "points") and field.dimension is not None:
-            values, dimension = _measured(explain._sample(field))
+            values, dimension = _measured(sample(field))
             assert dimension == field.dimension, field.name
             wanted = field.required and field.interval is not None and field.form in ("quantity", "each", "list")
             assert not wanted or all(v in field.interval for v in values), field.name  # type: ignore[operator]

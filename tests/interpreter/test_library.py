@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.cli import library
-from softmark.interpreter.cli.commands.explain import page
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.dictionary import library
+from softmark.interpreter.dictionary.words import page
 from softmark.interpreter.models.homogeneous.build import point_of
 from softmark.interpreter.problem.case import case_for
 from softmark.solvers.statics.material_point import Drive

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.cli import ranges
-from softmark.interpreter.cli.commands.explain import page
+from softmark.interpreter.dictionary import ranges
+from softmark.interpreter.dictionary.words import page
 
 EDGES = [
     {"model": "tets", "quantity": "nu", "direction": "up", "last_right": 0.4, "first_wrong": 0.49,

@@ -208,7 +208,7 @@ def test_a_task_asks_for_one_model() -> None:
 
 
 def test_every_doubt_has_a_page() -> None:
-    from softmark.interpreter.cli.codes import pages
+    from softmark.interpreter.dictionary.codes import pages
 
     assert {code for code in DOUBTS if code < "W5"} <= set(pages())
     assert is_doubt("W352")

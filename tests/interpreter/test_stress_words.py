@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.cli import ranges
+from softmark.interpreter.dictionary import ranges
 from softmark.interpreter.plan import ladder
 from softmark.interpreter.plan.quantities import WalkedQuantity
 from softmark.interpreter.plan.walks import PointClass, Walk

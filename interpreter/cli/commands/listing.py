@@ -106,7 +106,7 @@ def _kind(c: Constructor) -> str:
 
 
 def _library() -> Rows:
-    from softmark.interpreter.cli.library import materials
+    from softmark.interpreter.dictionary.library import materials
 
     return [(own.name, f"{own.what} Stretches {own.range_words}; {own.file}") for own in materials().values()]
 
@@ -137,7 +137,7 @@ def _data() -> Rows:
 
 
 def _codes() -> Rows:
-    from softmark.interpreter.cli.codes import pages
+    from softmark.interpreter.dictionary.codes import pages
 
     return [(code, page.title) for code, page in pages().items()]
 
@@ -154,6 +154,6 @@ def _units() -> Rows:
 
 
 def _functions() -> Rows:
-    from softmark.interpreter.cli.commands.explain import CALLS, PLAIN
+    from softmark.interpreter.dictionary.plain import CALLS, PLAIN
 
     return [*CALLS.values(), *((name, text) for name, text in PLAIN.items())]

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.cli.commands.explain import _example
 from softmark.interpreter.cli.conformance import Breach
 from softmark.interpreter.cli.conformance.laws import of_law
 from softmark.interpreter.cli.conformance.metrics import of_metric
 from softmark.interpreter.cli.conformance.words import of_text
+from softmark.interpreter.dictionary.examples import example
 from softmark.interpreter.front.load import checked
 from softmark.interpreter.language.plugins import blamed, told
 from softmark.interpreter.language.scene import Scene
@@ -80,7 +80,7 @@ class Trial:
 
 def call_of(word: Constructor, given: Mapping[str, str]) -> str:
     """A call of a word for the contract's scene: as its plugin gives one, or made of samples of its fields."""
-    call = given.get(word.name) or _example(word)
+    call = given.get(word.name) or example(word)
     return re.sub("|".join(sorted(NAMES, key=len, reverse=True)), lambda m: NAMES[m[0]], call)
 
 
@@ -328,5 +328,5 @@ def of_adapter(word: str, program: Any, module: Any, folder: Path, plugins: tupl
     assert outside is not None
     call = f"outside({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"
     trial = Trial(outside, call, folder, plugins)
-    scene, errors = trial.scene(gel=_example(law), model=call)
+    scene, errors = trial.scene(gel=example(law), model=call)
     yield from [_refused(errors, trial)] if scene is None else _computed(trial, scene)

@@ -7,8 +7,8 @@ import pickle
 from collections.abc import Iterator
 from typing import Any, get_type_hints
 
-from softmark.interpreter.cli.commands.explain import _constructor
 from softmark.interpreter.cli.conformance import Breach
+from softmark.interpreter.dictionary.words import constructor_page
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.schema import Constructor, Field, _fields
 
@@ -33,7 +33,7 @@ def of_word(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
     word = Constructor(name, kind, cls, _fields(cls))
     for field in word.fields:
         yield from _of_field(field)
-    page = _constructor(word)
+    page = constructor_page(word)
     if first not in page or not all(field.doc in page for field in word.fields):
         yield Breach("`dsl explain` does not show all of it", "its docstring and its fields are its page")
 

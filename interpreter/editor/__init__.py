@@ -1,0 +1,1 @@
+"""What an editor asks of a scene while it is written: the language server."""
