@@ -8,9 +8,10 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+import re
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from softmark.records import dataclass
 
 ROOM = Path(__file__).parent
 NEEDED = ("sphinx", "myst_parser", "furo")
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of what Sphinx says
 INSTALL = 'pip install "softmark[docs]"'
 
 
@@ -51,8 +53,7 @@ def _written() -> Iterator[Path]:
 
 def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
     """Build the site of these sources into a folder; what Sphinx warned of. Raises Unavailable without the extra."""
-    if missing := [name for name in NEEDED if find_spec(name) is None]:
-        raise Unavailable(f"the pages are built by Sphinx, and {', '.join(missing)} is not installed: {INSTALL}")
+    available()
     from sphinx.application import Sphinx
     from sphinx.util.docutils import docutils_namespace
 
@@ -65,10 +66,24 @@ def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
             (source / path).parent.mkdir(parents=True, exist_ok=True)
             (source / path).write_bytes(data)
         app = Sphinx(
-            source, None, folder, Path(scratch) / "doctrees", "html", confoverrides=SETTINGS, status=None, warning=warned
+            source,
+            None,
+            folder,
+            Path(scratch) / "doctrees",
+            "html",
+            confoverrides=SETTINGS,
+            status=None,
+            warning=warned,
         )
         app.build()
-    return tuple(line for line in warned.getvalue().splitlines() if line.strip())
+    said = COLOUR.sub("", warned.getvalue()).replace(str(source) + os.sep, "")
+    return tuple(line for line in said.splitlines() if line.strip())
+
+
+def available() -> None:
+    """Raises Unavailable without the extra, with the way to it."""
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        raise Unavailable(f"the pages are built by Sphinx, and {' and '.join(missing)} is not installed: {INSTALL}")
 
 
 def digest(found: dict[str, bytes]) -> str:
@@ -96,8 +111,8 @@ def cache_folder() -> Path:
         raise Unavailable("there is no home folder to keep the pages in; `--out DIR` says where") from error
 
 
-def site() -> Built:
-    """The site of this version, built where it is not there yet; sites of other versions are removed.
+def site(before: Callable[[], None] = lambda: None) -> Built:
+    """The site of this version, built where it is not there yet, after `before`; those of other versions are removed.
 
     Raises Unavailable without the extra, OSError where nothing can be written.
     """
@@ -106,6 +121,8 @@ def site() -> Built:
     folder = home / digest(found)
     if (folder / "index.html").is_file():
         return Built(folder, True)
+    available()
+    before()
     home.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=home) as scratch:
         warnings = build(Path(scratch) / "site", found)

@@ -72,10 +72,10 @@ def _picture(name: str) -> str:
 
 
 def _page(folder: str, names: list[str], kept: dict[str, Json]) -> str:
-    return "\n\n".join([f"# {folder.capitalize()}", *(_section(name, kept.get(name)) for name in names)]) + "\n"
+    return "\n\n".join([f"# {folder.capitalize()}", *(section(name, kept.get(name)) for name in names)]) + "\n"
 
 
-def _section(name: str, record: Json | None) -> str:
+def section(name: str, record: Json | None) -> str:
     """One scene: what it looks like, what came out, what it is held against, and its text."""
     file = standard_scenes()[name]
     text = file.read_text(encoding="utf-8")
@@ -83,7 +83,9 @@ def _section(name: str, record: Json | None) -> str:
     if record is None:
         return "\n\n".join([*head, "Nobody has run it for these pages yet.", folded("Its text", fenced("scene", text))])
     stale = [STALE] if record["sha256"] != text_hash(name) else []
-    picture = [f"![{_caption(record)}]({_picture(name)})", f"{{.facts}}\n{_caption(record)}"] if record["picture"] else []
+    picture = (
+        [f"![{_caption(record)}]({_picture(name)})", f"{{.facts}}\n{_caption(record)}"] if record["picture"] else []
+    )
     return "\n\n".join(
         [
             *head, f"**{escaped(record['title'])}**", *stale, *picture, _verdict(name, record), _table(record),
@@ -120,8 +122,13 @@ def _table(record: Json) -> str:
     """Models and references by metrics, or the other way round, so that it is longer than wide."""
     everyone = {**record["models"], **{f"({n})": r for n, r in record["references"].items()}}
     metrics = list(dict.fromkeys(m for own in everyone.values() for m in own["metrics"]))
-    cells = {(n, m): _cell(own["metrics"].get(m), _largest(everyone, m)) for n, own in everyone.items() for m in metrics}
-    ends = {n: [_seconds(own.get("seconds")), "" if own["status"] in QUIET else own["status"]] for n, own in everyone.items()}
+    cells = {
+        (n, m): _cell(own["metrics"].get(m), _largest(everyone, m)) for n, own in everyone.items() for m in metrics
+    }
+    ends = {
+        n: [_seconds(own.get("seconds")), "" if own["status"] in QUIET else own["status"]]
+        for n, own in everyone.items()
+    }
     last = ["time", ""] if any(end[1] for end in ends.values()) else ["time"]
     if len(metrics) > len(everyone):
         rows = [[f"`{m}`", *(cells[n, m] for n in everyone)] for m in metrics]

@@ -40,4 +40,3 @@ def _section(page: Page) -> str:
     title, _, text = page.text.partition("\n")
     body = FENCE.sub(lambda m: f"*{m[1].capitalize()}*\n\n{fenced('scene', m[2])}", text.strip())
     return f"```{{message}} {page.code}\n```\n\n#{title}\n\n{body}"
-

@@ -78,7 +78,7 @@ def _name(f: Field) -> str:
 
 
 def constructor(c: Constructor) -> str:
-    """The section of one word: what it is, its fields, an example, its source, and where it was measured to be right."""
+    """The section of one word: what it is, its fields, an example, its source, where it was measured to be right."""
     index = [f"single: {f.name} (field); {c.name}" for f in c.fields]
     parts = [_anchor(target(c)), *([_index(index)] if index else []), f"## `{c.name}`"]
 

@@ -6,14 +6,18 @@ from typing import Any
 
 from softmark import __version__
 
-LIGHT = {
-    "color-brand-primary": "#0a5a8c", "color-brand-content": "#0a5a8c", "color-background-primary": "#fbfaf7",
-    "color-background-secondary": "#f3f1ec", "color-foreground-primary": "#1c2126", "color-foreground-secondary": "#56606b",
-}  # fmt: skip
-DARK = {
-    "color-brand-primary": "#7dbfec", "color-brand-content": "#7dbfec", "color-background-primary": "#111519",
-    "color-background-secondary": "#171c21", "color-foreground-primary": "#e5e8eb", "color-foreground-secondary": "#a5afb9",
-}  # fmt: skip
+NAMES = (
+    "brand-primary", "brand-content", "background-primary", "background-secondary", "foreground-primary",
+    "foreground-secondary",
+)  # fmt: skip
+COLOURS = {  # those of the reports
+    "light": ("#0a5a8c", "#0a5a8c", "#fbfaf7", "#f3f1ec", "#1c2126", "#56606b"),
+    "dark": ("#7dbfec", "#7dbfec", "#111519", "#171c21", "#e5e8eb", "#a5afb9"),
+}
+THEME = {
+    f"{scheme}_css_variables": {f"color-{name}": colour for name, colour in zip(NAMES, own, strict=True)}
+    for scheme, own in COLOURS.items()
+}
 
 SETTINGS: dict[str, Any] = {
     "project": "softmark",
@@ -30,7 +34,7 @@ SETTINGS: dict[str, Any] = {
     "nitpicky": True,  # a role that leads nowhere is a warning
     "html_theme": "furo",
     "html_title": f"softmark {__version__}",
-    "html_theme_options": {"light_css_variables": LIGHT, "dark_css_variables": DARK},
+    "html_theme_options": THEME,
     "html_static_path": ["_static"],
     "html_math_renderer": "mathml",
     "html_copy_source": False,

@@ -129,7 +129,9 @@ def _short(value: float) -> float:
 
 def _box(shapes: dict[str, SeenSurface], across: Floats) -> tuple[Floats, Floats]:
     """The corners (2,) of all that is drawn, m."""
-    drawn = [X for s in shapes.values() for X in (s.position, *_rest(s), *(i.at(-1) for i in s.instruments if _near(i.X, s)))]
+    drawn = [
+        X for s in shapes.values() for X in (s.position, *_rest(s), *(i.at(-1) for i in s.instruments if _near(i.X, s)))
+    ]
     flat = np.concatenate([X @ across for X in drawn])
     return flat.min(axis=0), flat.max(axis=0)
 
@@ -164,9 +166,13 @@ def _draw(panel: Axes, X: Floats, triangles: Ints, axes: Floats, colours: list[s
     shown = np.array([to_rgb(c) for c in colours]).reshape(-1, 3)[order] * light[order, None]
     solid = alpha == 1.0
     edges: Any = (0.1, 0.1, 0.1, 0.3) if solid and len(triangles) <= FACETS else "face" if solid else "none"
-    faces = PolyCollection(list(corners[order][:, :, :2]), facecolors=shown, edgecolors=edges, linewidths=0.3, alpha=alpha)
+    faces = PolyCollection(
+        list(corners[order][:, :, :2]), facecolors=shown, edgecolors=edges, linewidths=0.3, alpha=alpha
+    )
     panel.add_collection(faces)
-    panel.add_collection(LineCollection(list((X @ axes.T)[_borders(triangles)][:, :, :2]), colors=GREY, linewidths=0.8, zorder=0.5))
+    panel.add_collection(
+        LineCollection(list((X @ axes.T)[_borders(triangles)][:, :, :2]), colors=GREY, linewidths=0.8, zorder=0.5)
+    )
 
 
 def _borders(triangles: Ints) -> Ints:
