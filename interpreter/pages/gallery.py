@@ -126,10 +126,10 @@ def _table(record: Json) -> str:
         (n, m): _cell(own["metrics"].get(m), _largest(everyone, m)) for n, own in everyone.items() for m in metrics
     }
     ends = {
-        n: [_seconds(own.get("seconds")), "" if own["status"] in QUIET else own["status"]]
+        n: [_seconds(own.get("cpu")), "" if own["status"] in QUIET else own["status"]]
         for n, own in everyone.items()
     }
-    last = ["time", ""] if any(end[1] for end in ends.values()) else ["time"]
+    last = ["CPU time", ""] if any(end[1] for end in ends.values()) else ["CPU time"]
     if len(metrics) > len(everyone):
         rows = [[f"`{m}`", *(cells[n, m] for n in everyone)] for m in metrics]
         rows += [[head, *(ends[n][i] for n in everyone)] for i, head in enumerate(last)]

@@ -94,10 +94,10 @@ def record_of(name: str) -> Json:
 
 
 def _model(m: ModelResult) -> Json:
-    clock = m.time.get("solve_s")
+    clock = m.time.get("solve_cpu_s")
     return {
         "outline": m.outline, "status": m.status, "message": m.message, "dofs": m.size.get("dofs"),
-        "seconds": None if clock is None else float(f"{clock.median:.3g}"), "metrics": _metrics(m),
+        "cpu": None if clock is None else float(f"{clock.median:.3g}"), "metrics": _metrics(m),
     }  # fmt: skip
 
 
