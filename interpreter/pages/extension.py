@@ -17,10 +17,11 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Sphinx asks this of an extension."""
     for role in ("word", "message", "scene"):  # ```{word} fem marks a place, {word}`fem` leads there
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
-    try:
-        find_lexer_class_by_name("scene")
-    except ClassNotFound:  # the lexer comes by an entry point, which a copy that is not installed does not have
-        app.add_lexer("scene", TextLexer)
+    for name in ("scene", "csv"):  # what Pygments may not know; ours comes by an entry point, once it is installed
+        try:
+            find_lexer_class_by_name(name)
+        except ClassNotFound:
+            app.add_lexer(name, TextLexer)
     formulas.setup(app)
     app.add_css_file("softmark.css")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -120,7 +120,8 @@ def _seconds(seconds: float | None) -> str:
 
 def _table(record: Json) -> str:
     """Models and references by metrics, or the other way round, so that it is longer than wide."""
-    everyone = {**record["models"], **{f"({n})": r for n, r in record["references"].items()}}
+    references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
+    everyone = {**record["models"], **references}
     metrics = list(dict.fromkeys(m for own in everyone.values() for m in own["metrics"]))
     cells = {
         (n, m): _cell(own["metrics"].get(m), _largest(everyone, m)) for n, own in everyone.items() for m in metrics
