@@ -97,7 +97,7 @@ def constructor(c: Constructor) -> str:
 
 
 def _index(entries: list[str]) -> str:
-    return "\n".join(["```{eval-rst}", ".. index::", *(f"   {entry}" for entry in entries), "```"])
+    return "\n".join(["```{indexed}", *entries, "```"])
 
 
 def _field(f: Field) -> str:
