@@ -118,15 +118,17 @@ def _words() -> str:
 
 
 def _units() -> str:
-    """Units by what they measure."""
+    """Units, what they measure, and their size in SI."""
     said = [(name, unit_page(name)) for name in units.UNITS if name != "1"]
-    rows = [f"`{name}`\n: {escaped(_flat(page))}" for name, page in said if page]
-    return "\n\n".join(["# Units", f"Prefixes: `{'`, `'.join(units.PREFIXES)}`.", *rows]) + "\n"
+    rows = [f"`{name}`\n: {escaped(_size(name, page))}" for name, page in said if page]
+    prefixes = f"Some take prefixes: {', '.join(f'`{p}`' for p in units.PREFIXES)}."
+    return "\n\n".join(["# Units", prefixes, ":::{container} words", *rows, ":::"]) + "\n"
 
 
-def _flat(page: str) -> str:
-    """What a page of a unit says, without its title and what all of them say."""
-    return " ".join(page.split("\n\n", 1)[1].split("\n")[:-1])
+def _size(name: str, page: str) -> str:
+    """What the page of a unit says first, and whether it takes prefixes."""
+    said = page.split("\n\n", 1)[1].split("\n")[0].removeprefix("It ").removeprefix("measures ")
+    return said.removesuffix(".") + ("; takes prefixes" if units.UNITS[name][2] else "")
 
 
 def _library() -> str:
