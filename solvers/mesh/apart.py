@@ -108,7 +108,7 @@ class Apart(Shape):
         return None if None in both else (*both[0], *both[1])
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Both meshes, one after the other, uncut. Raises UnknownElement, UnreadableMesh where one lies in the other."""
+        """Both meshes, one after the other, uncut. Raises UnknownElement, UnreadableMesh where they overlap."""
         from softmark.solvers.mesh.files.flaws import UnreadableMesh, at, overlap
         from softmark.solvers.mesh.mesh import Mesh
 
