@@ -16,8 +16,12 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lex import BREAK, Token, lex
 from softmark.grammar.parse import parse
 from softmark.grammar.tree import Span, Tree
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.front.load import checked
+from softmark.interpreter.language.parameters import evaluate
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.scope import Scope
+from softmark.interpreter.language.sources import ModuleTable, load
 
 
 @dataclass(frozen=True)
@@ -45,12 +49,30 @@ class Document:
     @cached_property
     def tree(self) -> Tree:
         """Its declarations; those with an error of syntax are left out."""
-        return parse(self.source)[0]
+        modules = self.table.modules
+        return modules[0].tree if modules else parse(self.source)[0]
 
     @cached_property
     def checked(self) -> tuple[Scene | None, list[Diagnostic]]:
         """The compiled scene, None if it has errors, and all that `dsl check` says of it."""
         return checked(self.source, self.folder, self.file)
+
+    @cached_property
+    def table(self) -> ModuleTable:
+        """All names of the scene and of what it uses, as far as they can be read; what is wrong is not said again."""
+        scene: Scene | None = self.__dict__.get("checked", (None,))[0]  # its texts are parsed already
+        if scene is not None and scene.table is not None:
+            return scene.table
+        table = ModuleTable(CATALOGUE)
+        load(table, self.source, self.folder, self.file, [])
+        return table
+
+    @cached_property
+    def scope(self) -> Scope:
+        """The names with the values of all parameters that have one."""
+        scope = Scope(self.table.again([]))
+        evaluate(scope, {})
+        return scope
 
     @cached_property
     def starts(self) -> list[int]:
