@@ -46,7 +46,7 @@ def colours_between(document: Document, params: types.SemanticTokensRangeParams)
 
 def _words(document: Document) -> list[tuple[Span, Role]]:
     """Where words stand and what they are, in the order of the text; none goes over the end of its line."""
-    meant = dict(_meant(document))
+    meant = {**dict(reversed(list(_written(document)))), **dict(_named(document))}
     found = [pair for token in document.tokens for pair in _of_token(token, meant)]
     found += [(comment.span, (Kind.Comment, 0)) for comment in document.tree.comments]
     return sorted((pair for pair in found if pair[0].line == pair[0].end_line), key=lambda pair: pair[0].start)
@@ -62,14 +62,18 @@ def _of_token(token: Token, meant: dict[int, tuple[Span, Role]]) -> Iterator[tup
         yield token.span, (kind, 0)
 
 
-def _meant(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
-    """What words mean in declarations that can be read, by where they start; what is said last of a place counts."""
+def _written(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
+    """What words are in declarations that can be read, by where they start; what is said first of a place counts."""
     for node in document.tree.declarations:
         if isinstance(node, tree.Declare):
             yield node.kind_span.start, (node.kind_span, (Kind.Keyword, 0))
         for expression in tree.expressions(node):
             for part, _ in tree.walk(expression):
                 yield from _of_part(part)
+
+
+def _named(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
+    """The names of the scene, by where they start."""
     table = document.table
     for one in occurrences(table, table.modules[0]) if table.modules else ():
         kind = {ALIAS: Kind.Namespace, "param": Kind.Parameter}.get(one.target.kind, Kind.Variable)

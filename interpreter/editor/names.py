@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 from softmark.grammar import tree
@@ -48,7 +49,12 @@ class Occurrence:
 
 def text_of(module: Module) -> object:
     """What makes a text the same text: its file, or without one its name."""
-    return module.file.resolve() if module.file else module.source.name
+    return _resolved(module.file) if module.file else module.source.name
+
+
+@lru_cache(maxsize=1024)
+def _resolved(file: Path) -> Path:
+    return file.resolve()
 
 
 def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
@@ -187,8 +193,3 @@ def field_of(fields: tuple[Field, ...], argument: tree.Argument, place: int) -> 
     if argument.name is not None:
         return next((f for f in fields if f.name == argument.name), None)
     return fields[place] if place < len(fields) else None
-
-
-def file_of(module: Module) -> Path | None:
-    """The file of a text, in full."""
-    return module.file.resolve() if module.file else None
