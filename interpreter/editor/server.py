@@ -33,6 +33,7 @@ class Feature(NamedTuple):
 
 
 FEATURES: dict[str, Feature] = {
+    types.INITIALIZED: Feature("watching:watch"),
     types.TEXT_DOCUMENT_CODE_ACTION: Feature("fixing:actions", types.CodeActionOptions(list(fixing.KINDS))),
     types.TEXT_DOCUMENT_CODE_LENS: Feature("lenses:lenses"),
     types.TEXT_DOCUMENT_DEFINITION: Feature("navigation:definition"),
@@ -46,6 +47,7 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_RENAME: Feature("renaming:rename", wide=True),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("colouring:colours", colouring.LEGEND),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: Feature("colouring:colours_between", colouring.LEGEND),
+    types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("watching:changed"),
     types.WORKSPACE_SYMBOL: Feature("outline:everywhere"),
 }
 

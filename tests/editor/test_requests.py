@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("pytest_lsp")
 
-from editor_client import client, opened
+from editor_client import client, opened, said
 from lsprotocol import types
 from marked import whole
 from pygls.exceptions import JsonRpcException
@@ -112,3 +112,21 @@ def test_a_text_that_is_begun_has_its_answers_in_time() -> None:
             if (taken := time.process_time() - begun) > IN_TIME:
                 late.append(f"{name} {method}: {taken:.2f} s")
     assert not late
+
+
+@pytest.mark.slow
+@pytest.mark.asyncio(loop_scope="module")
+async def test_a_scene_is_looked_at_again_when_what_it_uses_has_changed(client: LanguageClient, tmp_path: Path) -> None:
+    used = tmp_path / "soft.scene"
+    used.write_text("param nu = 0.49\n", encoding="utf-8")
+    text = opened(client, 'use "soft.scene" as soft\nparam a = soft.nu + 1\n', tmp_path, "uses.scene")
+    assert not errors(await said(client, text))
+    used.write_text("param mu = 0.49\n", encoding="utf-8")
+    event = types.FileEvent(used.as_uri(), types.FileChangeType.Changed)
+    client.workspace_did_change_watched_files(types.DidChangeWatchedFilesParams([event]))
+    assert errors(await said(client, text)) == ["E201"]
+
+
+def errors(found: list[types.Diagnostic]) -> list[Any]:
+    """The codes of the errors among messages."""
+    return [d.code for d in found if d.severity == types.DiagnosticSeverity.Error]
