@@ -20,6 +20,8 @@ from pygls.protocol import LanguageServerProtocol, lsp_method
 from softmark import __version__
 from softmark.interpreter.editor.opened import Opened
 
+TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
+
 
 class Feature(NamedTuple):
     """Who answers a request: a module of this room and a function of it; and what an editor is told beforehand."""
@@ -28,7 +30,11 @@ class Feature(NamedTuple):
     options: Any = None
 
 
-FEATURES: dict[str, Feature] = {}
+FEATURES: dict[str, Feature] = {
+    types.TEXT_DOCUMENT_COMPLETION: Feature("completion:complete", types.CompletionOptions(TRIGGERS)),
+    types.TEXT_DOCUMENT_HOVER: Feature("hover:hover"),
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature("signature:signature", types.SignatureHelpOptions(["(", ","], ["="])),
+}
 
 
 class Protocol(LanguageServerProtocol):
