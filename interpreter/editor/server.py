@@ -23,6 +23,8 @@ from softmark.interpreter.editor import colouring, fixing
 from softmark.interpreter.editor.opened import Opened
 from softmark.interpreter.editor.refused import Refused
 
+TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
+
 
 class Feature(NamedTuple):
     """Who answers a request: a module of this room and a function of it; and what an editor is told beforehand."""
@@ -36,17 +38,20 @@ FEATURES: dict[str, Feature] = {
     types.INITIALIZED: Feature("watching:watch"),
     types.TEXT_DOCUMENT_CODE_ACTION: Feature("fixing:actions", types.CodeActionOptions(list(fixing.KINDS))),
     types.TEXT_DOCUMENT_CODE_LENS: Feature("lenses:lenses"),
+    types.TEXT_DOCUMENT_COMPLETION: Feature("completion:complete", types.CompletionOptions(TRIGGERS)),
     types.TEXT_DOCUMENT_DEFINITION: Feature("navigation:definition"),
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: Feature("navigation:highlights"),
     types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: Feature("outline:symbols"),
     types.TEXT_DOCUMENT_FOLDING_RANGE: Feature("outline:folds"),
     types.TEXT_DOCUMENT_FORMATTING: Feature("formatting:formatted"),
+    types.TEXT_DOCUMENT_HOVER: Feature("hover:hover"),
     types.TEXT_DOCUMENT_INLAY_HINT: Feature("hints:hints"),
     types.TEXT_DOCUMENT_PREPARE_RENAME: Feature("renaming:prepare"),
     types.TEXT_DOCUMENT_REFERENCES: Feature("navigation:references", wide=True),
     types.TEXT_DOCUMENT_RENAME: Feature("renaming:rename", wide=True),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("colouring:colours", colouring.LEGEND),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: Feature("colouring:colours_between", colouring.LEGEND),
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature("signature:signature", types.SignatureHelpOptions(["(", ","], ["="])),
     types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("watching:changed"),
     types.WORKSPACE_SYMBOL: Feature("outline:everywhere"),
 }
