@@ -67,7 +67,7 @@ class Name:
     @property
     def text(self) -> str:
         """The name as written, dots included."""
-        return ".".join(self.parts)
+        return self.parts[0] if len(self.parts) == 1 else ".".join(self.parts)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,21 +16,26 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lex import BREAK, Token, lex
 from softmark.grammar.parse import parse
 from softmark.grammar.tree import Span, Tree
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.front.catalogue import CATALOGUE, compiled
+from softmark.interpreter.front.load import looked_at
+from softmark.interpreter.language.parameters import evaluate
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.scope import Scope
+from softmark.interpreter.language.sources import ModuleTable
 
 
 @dataclass(frozen=True)
 class Document:
     """A text and where it is kept: `folder` is where files that it names are looked for, `file` None if it has none.
 
-    `version` is what the editor counts its states by.
+    `version` is what the editor counts its states by, `snippets` whether it takes texts with places to write over.
     """
 
     text: str
     folder: Path
     file: Path | None = None
     version: int | None = None
+    snippets: bool = False
 
     @cached_property
     def source(self) -> Source:
@@ -45,12 +50,32 @@ class Document:
     @cached_property
     def tree(self) -> Tree:
         """Its declarations; those with an error of syntax are left out."""
-        return parse(self.source)[0]
+        modules = self.table.modules
+        return modules[0].tree if modules else parse(self.source)[0]
+
+    @cached_property
+    def compiled(self) -> tuple[Scene, list[Diagnostic]]:
+        """The scene as far as it can be read, and what of it cannot."""
+        return compiled(self.source, self.folder, self.file)
 
     @cached_property
     def checked(self) -> tuple[Scene | None, list[Diagnostic]]:
         """The compiled scene, None if it has errors, and all that `dsl check` says of it."""
-        return checked(self.source, self.folder, self.file)
+        scene, found = self.compiled
+        return looked_at(scene, list(found))
+
+    @cached_property
+    def table(self) -> ModuleTable:
+        """All names of the scene and of what it uses, as far as they can be read."""
+        table = self.compiled[0].table
+        return ModuleTable(CATALOGUE) if table is None else table
+
+    @cached_property
+    def scope(self) -> Scope:
+        """The names with the values of all parameters that have one."""
+        scope = Scope(self.table.again([]))
+        evaluate(scope, {})
+        return scope
 
     @cached_property
     def starts(self) -> list[int]:
