@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, overrides, parameters, schema, sources
 from softmark.interpreter.language.calls import Binder
@@ -164,9 +164,9 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
     made = next((c.kind for c in vocabulary.find(meant)), None)
     close = meant if meant in kinds else nearest(node.kind, kinds)
     if made:
-        hint = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        hint: str | Remedy = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
     else:
-        hint = f"did you mean `{close}`?" if close else "kinds of declarations: " + ", ".join(kinds)
+        hint = did_you_mean(close) if close else "kinds of declarations: " + ", ".join(kinds)
     place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
 
 

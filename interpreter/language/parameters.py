@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import field
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import Bad, Place, Value, components, words
 from softmark.interpreter.language.overrides import Override
@@ -154,9 +155,11 @@ class _Evaluation:
                 raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:
+            own = place.source.text
+            turned = f"{own[high.span.start : high.span.end]} .. {own[low.span.start : low.span.end]}"
             raise place.fail("E214", tree.between(low.span, high.span),
                              "the range is empty: its lower end is above its upper end",
-                             "the larger one first", "write `in LOW .. HIGH`")  # fmt: skip
+                             "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
         return schema.Interval(ends[0], ends[1], False, False)
 
     def _in_range(self, value: Value, interval: schema.Interval | None, node: tree.Expression, place: Place) -> None:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import Remedy, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import COORDINATES, Bad, Evaluator, Place, Value
@@ -89,14 +90,14 @@ class Scope:
             if n.startswith(module.prefix) and _kind(s) in wanted
         ]  # fmt: skip
 
-    def _hint(self, name: tree.Name, module: Module, kind: str) -> str:
+    def _hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
         self._hints += 1
         if self._hints > MOST_HINTS:  # finding a similar name among thousands takes its time
             return ""
         fitting = self.names(module, [kind or "param"])
         everything = self.names(module, ["param", *self.table.vocabulary])
         if close := nearest(name.text, fitting) or nearest(name.text, everything):
-            return f"did you mean `{close}`?"
+            return did_you_mean(close)
         word = _word(self.table.vocabulary, name.text, kind)
         return self._dotted(name, module) or word or _advice(name, kind, fitting)
 

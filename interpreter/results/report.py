@@ -370,7 +370,7 @@ class ExpectationResult:
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
-        own["verdict"] = self.verdict
+        own |= {"verdict": self.verdict, "unit": self.unit or None}
         own |= {"states": list(self.states)} if self.states else {}
         return own if self.reason is None else {**own, "reason": self.reason}
 

@@ -22,6 +22,8 @@ COMMAND = [sys.executable, "-c", DSL, "lsp"]
 @pytest_lsp.fixture(scope="module", config=ClientServerConfig(server_command=COMMAND))
 async def client(lsp_client: LanguageClient) -> AsyncIterator[None]:
     """A server of its own for a file of tests, and an editor that can do what VS Code can."""
+    for request in (types.CLIENT_REGISTER_CAPABILITY, types.WORKSPACE_INLAY_HINT_REFRESH):
+        lsp_client.feature(request)(lambda params: None)  # which the server asks of it, and needs no answer to
     capabilities = client_capabilities("visual-studio-code")
     await lsp_client.initialize_session(types.InitializeParams(capabilities))
     yield
