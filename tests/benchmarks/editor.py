@@ -33,6 +33,7 @@ from softmark.scenes import ROOT
 DSL = "import sys; from softmark.interpreter.cli.main import main; sys.exit(main())"
 TYPED = "material typed = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
 BAR = 0.2  # s, of each request
+REFUSED = -32803  # the code of what is not done for a reason, such as formatting what cannot be read
 CAPABILITIES = {
     "textDocument": {
         "completion": {"completionItem": {"snippetSupport": True}},
@@ -84,9 +85,9 @@ class Client:
             if message.get("id") == self.number:
                 for other in others:
                     self.arrived.put(other)
-                if "error" in message:
+                if message.get("error", {}).get("code", REFUSED) != REFUSED:
                     raise RuntimeError(message["error"])
-                return at - sent, message["result"]
+                return at - sent, message.get("result")
             others.append((at, message))
 
     def published(self, version: int) -> tuple[float, list[Any]]:

@@ -11,10 +11,10 @@ import pytest
 pytest.importorskip("pytest_lsp")
 
 import pytest_lsp
-from editor_client import DSL, LOOP, opened, said
+from editor_client import DSL, LOOP, began, opened, said
 from editor_texts import SCENE
 from lsprotocol import types
-from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
+from pytest_lsp import ClientServerConfig, LanguageClient
 
 pytestmark = LOOP
 LOUD = """
@@ -35,7 +35,7 @@ COMMAND = [sys.executable, "-c", LOUD + DSL, "lsp"]
 
 @pytest_lsp.fixture(scope="module", config=ClientServerConfig(server_command=COMMAND))
 async def client(lsp_client: LanguageClient) -> AsyncIterator[None]:
-    await lsp_client.initialize_session(types.InitializeParams(client_capabilities("visual-studio-code")))
+    await began(lsp_client)
     yield
     await lsp_client.shutdown_session()
 
