@@ -17,6 +17,12 @@ def expectations(findings: Findings) -> str:
     if not judged:
         later = " yet: the report is unfinished" if findings.report.partial else ""
         return section("expectations", "Expectations", tag("p", f"No expectation was judged{later}.", class_="quiet"))
+    return section("expectations", "Expectations", table_of(findings))
+
+
+def table_of(findings: Findings) -> str:
+    """The table of those that were judged, in its scrolling box."""
+    judged = findings.report.expectations
     head = tag(
         "tr",
         *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
@@ -30,11 +36,7 @@ def expectations(findings: Findings) -> str:
         tag("tbody", *(_row(e, findings) for e in judged)),
         class_="verdicts",
     )
-    return section(
-        "expectations",
-        "Expectations",
-        tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Expectations"),
-    )
+    return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Expectations")
 
 
 def _row(e: ExpectationResult, findings: Findings) -> str:
@@ -64,12 +66,18 @@ def _value(e: ExpectationResult) -> str:
 
 
 def warnings(findings: Findings) -> str:
+    """The section of warnings; empty where there are none."""
+    said = warned(findings)
+    return section("warnings", "Warnings", said) if said else ""
+
+
+def warned(findings: Findings) -> str:
     """A list of warnings, those that say the same together; empty where there are none."""
     same: dict[tuple[str, str, str], list[Warned]] = {}
     for warned in findings.report.warnings:
         same.setdefault((warned.code, warned.message, warned.help), []).append(warned)
     items = [_warning(group, findings) for group in same.values()]
-    return section("warnings", "Warnings", tag("ul", *items, class_="warnings")) if items else ""
+    return tag("ul", *items, class_="warnings") if items else ""
 
 
 def _warning(group: list[Warned], findings: Findings) -> str:
