@@ -49,8 +49,10 @@ class LoadedScene:
 
         return inline(self.scene, self.warnings)
 
-    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1) -> RunReport:
+    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1, stated: bool = False) -> RunReport:
         """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
+
+        With `stated` each model is asked what error it states itself, which costs about as much again.
 
         A notebook shows what is being done until it is. Models that do not converge are in the report with their
         status: look at it before their numbers.
@@ -64,6 +66,7 @@ class LoadedScene:
         if models is not None and not only:
             raise arguments.BadArgument("`models` is empty; leave it out to run all models")
         arguments.count("repeat", repeat)
+        asked = () if arguments.flag("stated", stated) else None
         from softmark.interpreter.face import progress
         from softmark.interpreter.face.shown import RunReport
         from softmark.interpreter.run.options import Options, Sound
@@ -72,7 +75,7 @@ class LoadedScene:
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
         with progress.line() as say:
-            options = Options(only=only, repeat=int(repeat), say=say, free=True)
+            options = Options(only=only, repeat=int(repeat), say=say, stated=asked, free=True)
             return RunReport.showing(report_of(Sound(self.scene, self.warnings), options))
 
 

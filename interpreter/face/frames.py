@@ -41,10 +41,10 @@ def frame(report: Report) -> DataFrame:
 
 
 def rows(report: Report) -> Iterator[Row]:
-    """The rows, as dicts of COLUMNS; one without a metric for who has none."""
+    """The rows, as dicts of COLUMNS; one without a metric for a model that has none."""
     verdicts = _verdicts(report)
     for result in report.outcomes:
-        for name in result.metrics or (None,):
+        for name in result.metrics or ((None,) if result.name in report.models else ()):
             own = _row(report, result, name) | {"verdict": verdicts.get((result.name, name))}
             yield from _in_states(result, name, own)
 

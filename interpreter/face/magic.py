@@ -38,13 +38,14 @@ def parser() -> argparse.ArgumentParser:
     own.add_argument("name", nargs="?", help="leave the report under this name, too; messages call the cell so")
     own.add_argument("-p", action="append", default=[], metavar="NAME=VALUE", help="replace a parameter or a field")
     own.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+    own.add_argument("--stated", action="store_true", help="ask models what error they state themselves")
     own.add_argument("--plugin", action="append", default=[], metavar="FILE", help="take words from somebody's file")
     return own
 
 
 @magics_class
 class SceneMagics(Magics):
-    """`%%scene [NAME] [-p NAME=VALUE]... [--model NAME]... [--plugin FILE]...`"""
+    """`%%scene [NAME] [-p NAME=VALUE]... [--model NAME]... [--stated] [--plugin FILE]...`"""
 
     @cell_magic
     def scene(self, line: str, cell: str) -> None:
@@ -67,7 +68,7 @@ class SceneMagics(Magics):
         source = Source(given.name or "<cell>", cell)
         loaded = loaded_of(source, Path(), None, given.p, given.plugin, given.model)
         shell.user_ns["scene"] = loaded
-        report = loaded.run(given.model or None)
+        report = loaded.run(given.model or None, stated=given.stated)
         shell.user_ns |= {"report": report} | ({given.name: report} if given.name else {})
         _show(report, getattr(shell, "kernel", None) is not None)
 

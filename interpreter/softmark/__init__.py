@@ -8,7 +8,7 @@
     report.references["theory"].probes["axis"].position
     report.to_json()                                   # the JSON report as a dict
     report.frame(), report.plot("axis")                # pandas, matplotlib
-    report.write("results")                            # report.html and report.json
+    report.write("results")                            # its page, and all numbers as JSON
 
     found = softmark.compare("beam.scene", vary={"h": ["10 mm", "5 mm"]})
     found.points, found.analysis                       # plain dicts: errors and times, and what they tell

@@ -42,8 +42,7 @@ def _warned(findings: Findings) -> str:
     warnings = findings.report.warnings
     if not warnings:
         return ""
-    some = Findings(replace(findings.report, warnings=warnings[:ROWS]))
-    return details(f"{count(len(warnings), 'warning')}", verdicts.warned(some))
+    return details(count(len(warnings), "warning"), verdicts.warned(warnings[:ROWS]))
 
 
 def _expectations(findings: Findings) -> str:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softmark.grammar.diagnostic import Diagnostic, render
+from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.language.sources import standard_name
 from softmark.interpreter.report.inline.shell import LARGEST, ROWS, shell, table
-from softmark.interpreter.report.page.markup import count, legible, listed, prose, tag, text
+from softmark.interpreter.report.page.markup import count, listed, prose, tag, text
+from softmark.interpreter.report.page.plate import details
+from softmark.interpreter.report.run.tables import verdicts
 from softmark.interpreter.report.run.tables.listing import coloured, value_shown
 from softmark.interpreter.results.prompt import cut
+from softmark.interpreter.results.report import Warned
 
 KINDS = ("body", "material", "model", "reference", "probe", "metric", "study")  # that are told of, in this order
 LINES = 200  # of its text
@@ -28,11 +31,11 @@ def _expected(scene: Scene) -> str:
 
 
 def _doubts(warnings: Sequence[Diagnostic]) -> str:
-    """Warnings, as a terminal shows them."""
+    """How many warnings there are, and the first."""
     if not warnings:
         return ""
-    shown = render(warnings[:ROWS])[: LARGEST // 4]
-    return tag("p", count(len(warnings), "warning") + ":", class_="verdict warn") + tag("pre", text(legible(shown)))
+    said = [Warned(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
+    return details(count(len(warnings), "warning"), verdicts.warned(said))
 
 
 def _parameters(scene: Scene) -> str:
@@ -64,4 +67,4 @@ def _text(scene: Scene) -> str:
     shown = "\n".join(coloured(line) for line in lines[:LINES])
     left = scene.source.text.count("\n") + 1 - LINES
     more = tag("p", f"{left} more lines are in the file.", class_="quiet") if left > 0 else ""
-    return tag("details", tag("summary", "Text of the scene"), tag("pre", tag("code", shown)), more)
+    return details("Text of the scene", tag("pre", tag("code", shown)), more)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable
+
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, prose, section, tag, text
 from softmark.interpreter.report.run.findings import Findings
@@ -49,14 +51,13 @@ def _row(e: ExpectationResult, findings: Findings) -> str:
         tag("td", verdict),
         said,
         tag("td", _value(e), class_="n"),
-        tag("td", _place(e.line, findings), class_="n"),
+        tag("td", _place(e.line, findings.lines), class_="n"),
     )
 
 
-def _place(line: int, findings: Findings) -> str:
+def _place(line: int, lines: Container[int]) -> str:
     """The number of a line, as a link where the page has that line."""
-    known = line in findings.lines
-    return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if known else str(line)
+    return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if line in lines else str(line)
 
 
 def _value(e: ExpectationResult) -> str:
@@ -67,22 +68,22 @@ def _value(e: ExpectationResult) -> str:
 
 def warnings(findings: Findings) -> str:
     """The section of warnings; empty where there are none."""
-    said = warned(findings)
+    said = warned(findings.report.warnings, findings.lines)
     return section("warnings", "Warnings", said) if said else ""
 
 
-def warned(findings: Findings) -> str:
-    """A list of warnings, those that say the same together; empty where there are none."""
+def warned(warnings: Iterable[Warned], lines: Container[int] = ()) -> str:
+    """A list of warnings, those that say the same together, with links to `lines`; empty where there are none."""
     same: dict[tuple[str, str, str], list[Warned]] = {}
-    for warned in findings.report.warnings:
-        same.setdefault((warned.code, warned.message, warned.help), []).append(warned)
-    items = [_warning(group, findings) for group in same.values()]
+    for one in warnings:
+        same.setdefault((one.code, one.message, one.help), []).append(one)
+    items = [_warning(group, lines) for group in same.values()]
     return tag("ul", *items, class_="warnings") if items else ""
 
 
-def _warning(group: list[Warned], findings: Findings) -> str:
+def _warning(group: list[Warned], lines: Container[int]) -> str:
     first = group[0]
-    places = ", ".join(f"line {_place(w.line, findings)}" for w in group if w.line)
+    places = ", ".join(f"line {_place(w.line, lines)}" for w in group if w.line)
     said = [tag("span", text(first.code), class_="code"), " ", prose(first.message)]
     help_ = tag("p", prose(first.help), class_="quiet") if first.help else ""
     return tag("li", tag("p", *said, tag("span", f" ({places})", class_="place") if places else ""), help_)
