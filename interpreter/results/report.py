@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results import prompt
 from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
 from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, Curve, curve_of
@@ -75,6 +76,9 @@ class ProbeResult:
     times: NDArray[np.float64] | None = None
     course: NDArray[np.float64] | None = None
     triangles: NDArray[np.int64] | None = None
+
+    def __repr__(self) -> str:
+        return prompt.probed(self)
 
     @property
     def position(self) -> NDArray[np.float64]:
@@ -170,6 +174,9 @@ class SeenCurve:
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     known: NDArray[np.float64] | None = None
 
+    def __repr__(self) -> str:
+        return prompt.drawn(self)
+
     def to_json(self) -> dict[str, Any]:
         """As lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
@@ -197,6 +204,9 @@ class MetricResult:
     curve: SeenCurve | None = None
     doubt: str | None = None  # why what it is of, or measured from, may be no truth here
     states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
+
+    def __repr__(self) -> str:
+        return prompt.measured(self)
 
     @property
     def meaningful(self) -> bool:
@@ -250,6 +260,9 @@ class ModelResult:
     constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+
+    def __repr__(self) -> str:
+        return prompt.outcome(self)
 
     def curve(self, metric: str) -> Curve:
         """A metric from state to state. Raises KeyError for one that it does not have."""
@@ -323,6 +336,9 @@ class ReferenceResult:
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
     means: str = ""  # of a theory: by what it was solved
 
+    def __repr__(self) -> str:
+        return prompt.outcome(self)
+
     @property
     def about(self) -> str:
         """Its kind, and by what it was solved."""
@@ -361,6 +377,7 @@ class ExpectationResult:
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
     states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
+    about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
 
     @property
     def verdict(self) -> str:
@@ -397,6 +414,9 @@ class Report:
     warnings: tuple[Warned, ...]
     partial: bool = False
     names: Names = field(default_factory=Names)
+
+    def __repr__(self) -> str:
+        return prompt.told(self)
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:
