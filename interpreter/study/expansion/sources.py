@@ -16,13 +16,16 @@ from softmark.interpreter.language.schema import _fields
 
 PARTS = ("grammar", "interpreter", "references", "solvers")
 SILENT = ("cli", "report")  # parts of the interpreter that only speak of results
-NUMERICS = ("numpy", "scipy", "numba")
+NUMERICS = (  # packages that answers may depend on, whether or not they are installed
+    "numpy", "scipy", "numba", "llvmlite", "lark", "meshio", "trimesh", "ipctk", "pyamg", "pypardiso", "mkl", "h5py",
+    "scikit-image", "pynrrd", "nibabel", "pydicom", "pytetwild", "manifold3d",
+)  # fmt: skip
 
 
 @lru_cache(maxsize=1)
 def digest() -> str:
-    """SHA-256 over every source that can change a number, and the versions of the numerical libraries."""
-    h = hashlib.sha256()
+    """SHA-256 over every source that can change a number, and the versions of Python and of the libraries."""
+    h = hashlib.sha256(f"{sys.implementation.name} {sys.version}\0".encode())
     for name in NUMERICS:
         h.update(f"{name} {_version(name)}\0".encode())
     for folder in _folders():
