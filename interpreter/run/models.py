@@ -29,7 +29,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.reactions import AtRest, Touched
 from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, percent
-from softmark.interpreter.run import kept, probes
+from softmark.interpreter.run import probes, taken
 from softmark.interpreter.run.answers import Work
 from softmark.solvers.base import ahead
 from softmark.solvers.mesh.filled import Enclosed
@@ -45,7 +45,7 @@ def prepare(work: Work) -> None:
     faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         work.about = "prepare", name
-        if kept.begun(work, name):
+        if taken.begun(work, name):
             continue
         declared = work.scene.declared[name]
         case = work.case(declared)
@@ -65,7 +65,7 @@ def prepare(work: Work) -> None:
 def solve(work: Work, name: str) -> None:
     """Solve a model and keep what came of it."""
     work.about = "solve", name
-    if kept.ended(work, name):
+    if taken.ended(work, name):
         return
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic, Source
     from softmark.interpreter.language.scene import Declared, Scene
     from softmark.interpreter.results.report import Report
-    from softmark.interpreter.run.kept import Keeper
 
 Say = Callable[[str, str], None]  # (what is being done, detail)
 
@@ -53,4 +52,3 @@ class Options:
     beside: bool = False  # where no kernels are on disk, another process may compile some
     # how a reference is had: made, or known from another run of the same
     recall: Callable[[Scene, Declared, Callable[[], Any]], Any] = lambda scene, reference, make: make()
-    keeper: Keeper | None = None  # what earlier runs found, and where what this one finds is kept

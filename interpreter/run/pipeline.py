@@ -10,7 +10,8 @@ from softmark.interpreter.front.load import checked
 from softmark.interpreter.front.requests import concerning, unknown_models
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.run import kept
+from softmark.interpreter.run import taken
+from softmark.interpreter.run.kept import NOTHING, Known
 from softmark.interpreter.run.options import Options, Sound, Text
 
 if TYPE_CHECKING:
@@ -19,29 +20,33 @@ if TYPE_CHECKING:
     from softmark.interpreter.plan.plan import Plan
     from softmark.interpreter.results.report import Report
     from softmark.interpreter.run.answers import Work
+    from softmark.interpreter.run.taken import Keeper
 
 __all__ = ["Options", "Sound", "Text", "report_of", "run", "sound_of"]
 
 
-def report_of(given: Text | Sound, options: Options) -> Report:
+def report_of(given: Text | Sound, options: Options, keeper: Keeper | None = None) -> Report:
     """The report of a text, or of a scene that was checked before; each finished model is in a report at once.
 
-    Raises SceneError, before anything is solved, for a scene that is in error or of which something cannot be built.
+    What a `keeper` knows of earlier runs is taken over, and what is found is kept with it. Raises SceneError,
+    before anything is solved, for a scene that is in error or of which something cannot be built.
     """
     sound = given if isinstance(given, Sound) else sound_of(given, options)  # grammar, language, front
     options.begin(sound.scene)
     plan = plan_of(sound.scene, options.only)  # plan: what is asked for, and no more
 
-    if options.keeper is None:
-        return _reported(sound, plan, options, kept.NOTHING)
+    if keeper is None:
+        return _reported(sound, plan, options)[0]
     try:
-        return _reported(sound, plan, options, options.keeper.known(sound.scene, plan, options))
-    except kept.Outdated:
-        return _reported(sound, plan, options, kept.NOTHING)
+        report, works = _reported(sound, plan, options, keeper.known(sound.scene, plan, options))
+    except taken.Outdated:
+        report, works = _reported(sound, plan, options)
+    keeper.keep(works)
+    return report
 
 
-def _reported(sound: Sound, plan: Plan, options: Options, known: kept.Known) -> Report:
-    """What comes of a plan of which so much is known. Raises SceneError, and Outdated where that is not so."""
+def _reported(sound: Sound, plan: Plan, options: Options, known: Known = NOTHING) -> tuple[Report, tuple[Work, ...]]:
+    """What comes of a plan of which so much is known, and all that was found for it. Raises SceneError, Outdated."""
     from softmark.interpreter.run import answers, reports  # numpy: only what is sound
 
     pausing.end()
@@ -51,11 +56,8 @@ def _reported(sound: Sound, plan: Plan, options: Options, known: kept.Known) -> 
     if known.references is None:
         _computed(works)
     else:
-        kept.recall(works)  # of an earlier run: no solver is so much as loaded
-    report = reports.finished(works)  # metrics and evidence: measured, drawn, held against what was expected
-    if options.keeper is not None:
-        options.keeper.keep(works)
-    return report
+        taken.recall(works)  # of an earlier run: no solver is so much as loaded
+    return reports.finished(works), works  # metrics and evidence: measured, drawn, held against what was expected
 
 
 def _computed(works: Sequence[Work]) -> None:
@@ -74,7 +76,7 @@ def _computed(works: Sequence[Work]) -> None:
         works[0].options.keep(reports.unfinished(works))  # metrics: what it is worth; written by the room of reports
     for work in works:
         references.scan(work)  # references: made from what models computed
-    kept.doubted(works)
+    taken.doubted(works)
     for work in works:
         models.state(work)  # evidence: the errors that models state themselves
 

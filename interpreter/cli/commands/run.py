@@ -68,10 +68,10 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
     shelf = Shelf(parsed)
     stated = () if parsed.stated else None
     options = Options(tuple(parsed.model), parsed.repeat, progress.say, shelf.begin, shelf.keep, warn, stated=stated,
-                      free=True, beside=True, keeper=None if reading else _keeper(parsed, shelf, progress))  # fmt: skip
+                      free=True, beside=True)  # fmt: skip
     try:
         text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
-        report = report_of(text, options)
+        report = report_of(text, options, None if reading else _keeper(parsed, shelf, progress))
     except Unread as unread:
         warn([unread.diagnostic])
         return 2

@@ -37,6 +37,12 @@ def digest() -> str:
     return h.hexdigest()
 
 
+def newest() -> float:
+    """When a source was last changed, s since 1970: a process may have loaded what it was before."""
+    files = (p for folder in _folders() for p in folder.rglob("*.py"))
+    return max((p.stat().st_mtime for p in files), default=0.0)
+
+
 def _folders() -> list[Path]:
     """The folders of the parts, as installed or as in a checkout."""
     import importlib
@@ -104,6 +110,9 @@ def _of_regular(path: str, changed: int, size: int) -> str:
 
 def files_of(thing: Any) -> Iterator[str]:
     """Every file that a declared thing names, also inside of what it is made of."""
+    if isinstance(thing, tuple):
+        for value in thing:
+            yield from files_of(value)
     if not is_dataclass(thing):
         return
     cls: Any = type(thing)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.run.kept import NOTHING, KeptModel, KeptReferences, Known
+from softmark.interpreter.study.expansion import sources
 from softmark.interpreter.study.expansion.keys import needed_models
 from softmark.interpreter.study.kept import keys, store
 from softmark.interpreter.study.kept.places import Unplaced
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.run.answers import Work
     from softmark.interpreter.run.options import Options
 
+SETTLED = 2.0  # s that sources must be old when a run begins, which has loaded some of them by then
 CHANGEABLE = ("failed", "skipped")  # how a model may have ended for what no key knows: memory, a program, the network
 
 
@@ -29,13 +31,14 @@ class Keeper:
     place: Callable[[], Path | None]
     fresh: bool = False
     remark: Callable[[str], None] = lambda text: None
+    scene: Scene | None = None
     keys: dict[str, str] = field(default_factory=dict)
 
     def known(self, scene: Scene, plan: Plan, options: Options) -> Known:
         """What of a plan is known: all of it, or the models that need not be computed for others."""
         if (folder := self._folder) is None:
             return NOTHING
-        self.keys = keys.keys_of(scene, plan, options)
+        self.scene, self.keys = scene, keys.keys_of(scene, plan, options)
         if self.fresh:
             return NOTHING
         models = {n: found for n in plan.models if (found := self._read(folder, n, scene, KeptModel)) is not None}
@@ -48,8 +51,12 @@ class Keeper:
 
     def keep(self, works: Sequence[Work]) -> None:
         """Keep what was computed. A reference that failed may have a solution the next time: then nothing is."""
-        folder, scene, plan = self._folder, works[0].scene, works[0].plan
-        if folder is None or not self.keys:
+        folder, scene, plan = self._folder, self.scene, works[0].plan
+        if folder is None or scene is None or not self.keys or _complete(works):
+            return
+        # a file, or softmark itself, may have been saved since: who knows which of the two was read
+        recent = sources.newest() > works[0].started.timestamp() - SETTLED
+        if recent or keys.keys_of(scene, plan, works[0].options) != self.keys:
             return
         behind = [n for n in needed_models(scene, "") if n in plan.models]
         fails = any(r.status != "converged" for work in works for r in work.references.values())
@@ -60,8 +67,7 @@ class Keeper:
             for name in plan.models:
                 if name not in works[0].taken and _lasting(works, name):
                     self._write(folder, name, scene, _model(works, name, began))
-            if works[0].known.references is None:
-                self._write(folder, "", scene, _references(works, began))
+            self._write(folder, "", scene, _references(works, began))
             store.prune(folder, self.keys.values())
         except OSError as error:
             self.remark(f"results are not kept: {error.strerror or error}")
@@ -95,6 +101,10 @@ class Keeper:
         except (Unkept, Unplaced):
             return
         store.write(folder, self.keys[name], own, writer.arrays)
+
+
+def _complete(works: Sequence[Work]) -> bool:
+    return works[0].known.references is not None
 
 
 def _lasting(works: Sequence[Work], name: str) -> bool:
