@@ -57,10 +57,7 @@ def main() -> None:
             size = sum(f.stat().st_size for f in (Path(folder) / "report").glob("kept/*")) / 1e6
             worst = max(worst, again if whole else 0.0)
             verdict = ("same" if same else "DIFFERS") if whole else "computed again"
-            print(
-                f"{name:40} {first:8.2f} s, again {again:6.2f} s, {size:7.2f} MB  {'kept' if whole else '-':5} {verdict}"
-            )
-            sys.stdout.flush()
+            print(f"{name:40} {first:8.2f} s, again {again:6.2f} s, {size:7.2f} MB  {verdict}", flush=True)
     print(f"most CPU of a run from what was kept: {worst:.2f} s")
 
 

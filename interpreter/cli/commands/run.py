@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]
-    [--fresh]"""
+    [--fresh] [--watch]"""
     scene_options(parser)
     parser.add_argument(
         "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
@@ -33,6 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stated", action="store_true", help=stated)
     fresh = "compute everything, also what an earlier run in the same folder has found and nothing has changed of"
     parser.add_argument("--fresh", action="store_true", help=fresh)
+    parser.add_argument("--watch", action="store_true", help="run again whenever the scene or a file of it is saved")
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
 
@@ -46,6 +47,10 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
     """Run the scene, or what `reading` gives; the exit status is that of its report. `reading` may raise Unread."""
     from softmark.interpreter.cli.commands.progress import Progress
 
+    if reading is None and parsed.watch:
+        from softmark.interpreter.cli.commands.watching import watch
+
+        return watch(parsed)
     progress = Progress(sys.stderr)
     progress.say("start", f"running {parsed.file}")  # before anything is imported or read
     try:
