@@ -49,7 +49,6 @@ def _reported(sound: Sound, plan: Plan, options: Options, known: Known = NOTHING
     """What comes of a plan of which so much is known, and all that was found for it. Raises SceneError, Outdated."""
     from softmark.interpreter.run import answers, reports  # numpy: only what is sound
 
-    pausing.end()
     works = answers.works_of(sound.scene, plan, options, sound.warnings)  # one for each state of the analysis
     for work in works:
         work.known = known
@@ -64,6 +63,7 @@ def _computed(works: Sequence[Work]) -> None:
     """Have everything that is not known yet. Raises SceneError, Outdated."""
     from softmark.interpreter.run import models, probes, references, reports
 
+    pausing.end()
     for work in works:
         references.read(work)  # references: what was measured, for probes and supports may lie there
         probes.place(work)  # problem: the points that are looked at

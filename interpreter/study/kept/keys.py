@@ -28,6 +28,7 @@ COUNTING = (  # first words of variables that may change a number
     "OMP_", "OPENBLAS_", "MKL_", "GOTO_", "BLIS_", "VECLIB_", "KMP_", "NUMBA_", "PYPARDISO_", "SOFTMARK_",
     "NPY_", "LD_",
 )  # fmt: skip
+IDLE = ("OPENBLAS_THREAD_TIMEOUT",)  # and of those what `dsl` itself sets: how threads wait
 ALONE = frozenset(  # ends of the names of files that name no other file
     {".msh", ".vtk", ".vtu", ".stl", ".ply", ".obj", ".off", ".csv", ".tsv", ".txt", ".npz", ".npy", ".nrrd", ".nii",
      ".frd", ".xplt", ".dcm"}
@@ -90,7 +91,8 @@ def _machine() -> str:
 
 
 def _variables() -> Iterator[str]:
-    yield from sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith(COUNTING))
+    known = (n for n in os.environ if n.startswith(COUNTING) and n not in IDLE)
+    yield from (f"{name}={os.environ[name]}" for name in sorted(known))
 
 
 def _digest(*parts: str) -> str:
