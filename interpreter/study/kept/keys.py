@@ -30,9 +30,10 @@ COUNTING = (  # first words of variables that may change a number
 )  # fmt: skip
 IDLE = ("OPENBLAS_THREAD_TIMEOUT",)  # and of those what `dsl` itself sets: how threads wait
 ALONE = frozenset(  # ends of the names of files that name no other file
-    {".msh", ".vtk", ".vtu", ".stl", ".ply", ".obj", ".off", ".csv", ".tsv", ".txt", ".npz", ".npy", ".nrrd", ".nii",
-     ".frd", ".xplt", ".dcm"}
+    {".msh", ".vtk", ".vtu", ".stl", ".ply", ".obj", ".off", ".csv", ".tsv", ".txt", ".npz", ".npy", ".nii",
+     ".frd", ".xplt"}
 )  # fmt: skip
+SLICES = ALONE | {".dcm"}  # of those of a folder: one of these stands for all beside it
 
 
 def keys_of(scene: Scene, plan: Plan, options: Options) -> dict[str, str]:
@@ -76,8 +77,13 @@ def _alone(name: str) -> bool:
     if name.startswith("data:"):
         return True
     path = Path(name)
-    inner = path.rglob("*") if path.is_dir() else (path,)
-    return all(p.is_dir() or Path(p.name.lower().removesuffix(".gz")).suffix in ALONE for p in inner)
+    if path.is_dir():
+        return all(p.is_dir() or _ending(p) in SLICES for p in path.rglob("*"))
+    return _ending(path) in ALONE
+
+
+def _ending(path: Path) -> str:
+    return Path(path.name.lower().removesuffix(".gz")).suffix
 
 
 def _asked(options: Options) -> str:
