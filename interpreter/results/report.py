@@ -260,6 +260,7 @@ class ModelResult:
     constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+    kept: str = ""  # when it was computed (UTC), of one that was taken over from an earlier run
 
     def __repr__(self) -> str:
         return prompt.outcome(self)
@@ -284,6 +285,7 @@ class ModelResult:
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
         own |= {"contacts": clean(self.contacts)} if self.contacts else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
+        own |= {"kept": self.kept} if self.kept else {}
         return own | _in_each(self.states, self.each)
 
 
@@ -335,6 +337,7 @@ class ReferenceResult:
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
     means: str = ""  # of a theory: by what it was solved
+    kept: str = ""  # when it was found (UTC), of one that was taken over from an earlier run
 
     def __repr__(self) -> str:
         return prompt.outcome(self)
@@ -361,6 +364,7 @@ class ReferenceResult:
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": _measured(self.metrics, self.states),
             **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
+            **({"kept": self.kept} if self.kept else {}),
             **_in_each(self.states, self.each),
         }
 

@@ -78,7 +78,7 @@ def test_exit_status(tmp_path: Path, extra: str, status: int) -> None:
 def test_report_files_lie_in_a_folder_named_after_the_scene(tmp_path: Path) -> None:
     done = dsl("run", written(tmp_path, SMALL), cwd=tmp_path)
     folder = tmp_path / "my-report"
-    assert sorted(f.name for f in folder.iterdir()) == ["report.html", "report.json"]
+    assert sorted(f.name for f in folder.iterdir()) == ["kept", "report.html", "report.json"]
     assert "my-report" in done.stdout
     assert json.loads((folder / "report.json").read_text())["models"]["rod"]["status"] == "converged"
 
