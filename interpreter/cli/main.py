@@ -36,6 +36,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
+    "docs": ("docs", "open the documentation: tutorial, reference, gallery; no network"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
     "lsp": ("lsp", "serve an editor: the language server"),
     "completion": ("completion", "print the completion script of a shell"),
