@@ -37,6 +37,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "new": ("new", "print a commented starter scene"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
     "editor": ("editor", "write what an editor needs to know scenes: colours, the language server"),
+    "lsp": ("lsp", "serve an editor: the language server"),
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor
