@@ -53,7 +53,7 @@ def syntax() -> bytes:
     Xml.SubElement(general, "keywords", casesensitive="1")
     Xml.indent(root)
     head = b'<?xml version="1.0" encoding="UTF-8"?>\n<!DOCTYPE language>\n'
-    return head + Xml.tostring(root, encoding="utf-8") + b"\n"
+    return head + Xml.tostring(root, encoding="unicode").encode() + b"\n"
 
 
 def _contexts(contexts: Xml.Element) -> None:

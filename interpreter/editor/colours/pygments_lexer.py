@@ -29,7 +29,7 @@ TOKENS = {
 }  # fmt: skip
 
 
-class SceneLexer(Lexer):
+class SceneLexer(Lexer):  # type: ignore[misc]
     """Scenes."""
 
     name = "softmark scene"
@@ -50,7 +50,7 @@ class SceneLexer(Lexer):
             yield end, Text, text[end:]
 
 
-class MessageLexer(RegexLexer):
+class MessageLexer(RegexLexer):  # type: ignore[misc]
     """What `dsl` says of a scene: messages with their place, cause and remedy."""
 
     name = "softmark messages"

@@ -30,59 +30,62 @@ def install(folder: Path) -> str:
     return f"In {folder}: tree-sitter generate src/grammar.json, then tree-sitter build; queries/ are the colours."
 
 
-def seq(*members: Any) -> dict[str, Any]:
+Node = dict[str, Any]  # a rule, as tree-sitter writes one in JSON
+
+
+def seq(*members: Node) -> Node:
     """One after another."""
     return {"type": "SEQ", "members": list(members)}
 
 
-def choice(*members: Any) -> Any:
+def choice(*members: Node) -> Node:
     """One of several."""
     return members[0] if len(members) == 1 else {"type": "CHOICE", "members": list(members)}
 
 
-def maybe(member: Any) -> dict[str, Any]:
+def maybe(member: Node) -> Node:
     """One or none."""
     return choice(member, {"type": "BLANK"})
 
 
-def rule(name: str) -> dict[str, Any]:
+def rule(name: str) -> Node:
     """Another rule."""
     return {"type": "SYMBOL", "name": name}
 
 
-def text(value: str) -> dict[str, Any]:
+def text(value: str) -> Node:
     """A fixed text."""
     return {"type": "STRING", "value": value}
 
 
-def word(value: str) -> dict[str, Any]:
+def word(value: str) -> Node:
     """A reserved word, which behind a number could be a unit: there it is taken with the blanks around it."""
     first = {"type": "PREC", "value": 1, "content": pattern(rf"[ \t]+{value}[ \t]+")}
     spaced = {"type": "IMMEDIATE_TOKEN", "content": first}
     return choice(text(value), {"type": "ALIAS", "content": spaced, "named": False, "value": value})
 
 
-def pattern(value: str) -> dict[str, Any]:
+def pattern(value: str) -> Node:
     """A regular expression."""
     return {"type": "PATTERN", "value": value}
 
 
-def many(member: Any) -> dict[str, Any]:
+def many(member: Node) -> Node:
     """Any number of it."""
     return {"type": "REPEAT", "content": member}
 
 
-def named(name: str, member: Any) -> dict[str, Any]:
+def named(name: str, member: Node) -> Node:
     """A field of a node."""
     return {"type": "FIELD", "name": name, "content": member}
 
 
-def left(level: int, *members: Any) -> dict[str, Any]:
+def left(level: int, *members: Node) -> Node:
     """One after another; of two that compete the higher level wins."""
     return {"type": "PREC_LEFT", "value": level, "content": seq(*members)}
 
 
-def listed(member: Any) -> dict[str, Any]:
+def listed(member: Node) -> Node:
     """Some, with commas between, and perhaps one behind the last."""
     return maybe(seq(member, many(seq(text(","), member)), maybe(text(","))))
 
@@ -91,7 +94,7 @@ LEVELS = {1: ("or",), 2: ("and",), 4: ("<", "<=", ">", ">=", "==", "!="), 5: ("+
 UNARY = {"not": 3, "+": 7, "-": 7}
 
 
-def grammar() -> dict[str, Any]:
+def grammar() -> Node:
     """The language of `grammar/scene.lark`; line ends do not count, which no scene can tell."""
     factor = pattern(r"(%|°?[\p{L}]\w*)(\^[+-]?[0-9]+(\.[0-9]+)?)?")
     product = many(seq(pattern(r"[*/·]"), factor))
