@@ -36,6 +36,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
+    "lsp": ("lsp", "serve an editor: the language server"),
     "completion": ("completion", "print the completion script of a shell"),
 }
 IDLE = "16"  # log2 of the cycles that a thread of OpenBLAS waits awake, which by default are 30 ms of its processor

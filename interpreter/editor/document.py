@@ -22,11 +22,15 @@ from softmark.interpreter.language.scene import Scene
 
 @dataclass(frozen=True)
 class Document:
-    """A text and where it is kept: `folder` is where files that it names are looked for, `file` None if it has none."""
+    """A text and where it is kept: `folder` is where files that it names are looked for, `file` None if it has none.
+
+    `version` is what the editor counts its states by.
+    """
 
     text: str
     folder: Path
     file: Path | None = None
+    version: int | None = None
 
     @cached_property
     def source(self) -> Source:
