@@ -127,8 +127,7 @@ def _table(record: Json) -> str:
         (n, m): _cell(own["metrics"].get(m), _largest(everyone, m)) for n, own in everyone.items() for m in metrics
     }
     ends = {
-        n: [_seconds(own.get("cpu")), "" if own["status"] in QUIET else own["status"]]
-        for n, own in everyone.items()
+        n: [_seconds(own.get("cpu")), "" if own["status"] in QUIET else own["status"]] for n, own in everyone.items()
     }
     last = ["CPU time", ""] if any(end[1] for end in ends.values()) else ["CPU time"]
     if len(metrics) > len(everyone):
