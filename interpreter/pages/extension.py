@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from docutils import nodes
-from pygments.lexers import find_lexer_class_by_name
 from pygments.lexers.special import TextLexer
-from pygments.util import ClassNotFound
 from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.nodes import process_index_entry
 
+from softmark.interpreter.editor.colours.pygments_lexer import SceneLexer
 from softmark.interpreter.pages import formulas
 
 
@@ -20,11 +19,8 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Sphinx asks this of an extension."""
     for role in ("word", "message", "scene"):  # ```{word} fem marks a place, {word}`fem` leads there
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
-    for name in ("scene", "csv"):  # what Pygments may not know; ours comes by an entry point, once it is installed
-        try:
-            find_lexer_class_by_name(name)
-        except ClassNotFound:
-            app.add_lexer(name, TextLexer)
+    app.add_lexer("scene", SceneLexer)
+    app.add_lexer("csv", TextLexer)  # which Pygments does not know
     app.add_directive("indexed", Indexed)
     formulas.setup(app)
     app.add_css_file("softmark.css")

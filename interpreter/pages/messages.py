@@ -38,5 +38,10 @@ def _group(which: str, title: str) -> str:
 def _section(page: Page) -> str:
     """A code's page as a section: its examples are scenes, one that gives the message and one that does not."""
     title, _, text = page.text.partition("\n")
-    body = FENCE.sub(lambda m: f"*{m[1].capitalize()}*\n\n{fenced('scene', m[2])}", text.strip())
+    body = FENCE.sub(lambda m: f"*{m[1].capitalize()}*\n\n{_example(m[1], m[2])}", text.strip())
     return f"```{{message}} {page.code}\n```\n\n#{title}\n\n{body}"
+
+
+def _example(which: str, scene: str) -> str:
+    """A scene in colours; one that is wrong may have what is no word."""
+    return fenced("{code-block} scene", f":force:\n\n{scene}") if which == "wrong" else fenced("scene", scene)

@@ -69,7 +69,7 @@ def _kind(kind: str) -> str:
     ]  # fmt: skip
     takes = ["## Fields of this name", "\n".join(fields)] if fields else []
     listed = "\n".join([":::{container} words", "\n\n".join(rows), ":::"])
-    head = [_anchor(f"{kind} (kind)"), f"# {kind}", fenced("scene", f"{kind} NAME = CONSTRUCTOR(...)"), listed]
+    head = [_anchor(f"{kind} (kind)"), f"# {kind}", fenced("text", f"{kind} NAME = CONSTRUCTOR(...)"), listed]
     return "\n\n".join([*head, *(constructor(c) for c in own), *takes]) + "\n"
 
 

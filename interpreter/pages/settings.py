@@ -29,6 +29,7 @@ SETTINGS: dict[str, Any] = {
     "extensions": ["myst_parser", "softmark.interpreter.pages.extension"],
     "myst_enable_extensions": ["attrs_block", "attrs_inline", "colon_fence", "deflist", "dollarmath"],
     "myst_heading_anchors": 3,
+    "myst_update_mathjax": False,
     "exclude_patterns": ["README.md"],
     "suppress_warnings": ["toc.empty_glob"],
     "nitpicky": True,  # a role that leads nowhere is a warning

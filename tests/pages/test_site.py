@@ -154,6 +154,22 @@ def test_a_name_leads_to_its_place(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("tex", "braced"),
+    [
+        (r"\tfrac12 (a)", r"\tfrac{1}{2} (a)"), (r"\frac1{2 b}", r"\frac{1}{2 b}"), (r"\frac{a}{2}", r"\frac{a}{2}"),
+        (r"\frac \mu 2", r"\frac{\mu}{2}"), (r"\bar\lambda_a^2", r"{\bar{\lambda}{}}_a^2"), (r"\hat u_i", r"{\hat{u}{}}_i"),
+        (r"\dot{S}_0", r"{\dot{S}{}}_0"), (r"\det F", r"\det\, F"), (r"\ln(J)", r"\ln(J)"), (r"\dots", r"\dots"),
+    ],
+)  # fmt: skip
+def test_formulas_are_spelt_out(tex: str, braced: str) -> None:
+    pytest.importorskip("sphinx")
+    from softmark.interpreter.pages.formulas import spelt_out
+
+    assert spelt_out(tex) == braced
+
+
+@pytest.mark.slow
 def test_formulas_are_mathml_and_what_leads_nowhere_is_a_warning(tmp_path: Path) -> None:
     for name in build.NEEDED:
         pytest.importorskip(name)
