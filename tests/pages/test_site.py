@@ -158,8 +158,9 @@ def test_a_name_leads_to_its_place(
     ("tex", "braced"),
     [
         (r"\tfrac12 (a)", r"\tfrac{1}{2} (a)"), (r"\frac1{2 b}", r"\frac{1}{2 b}"), (r"\frac{a}{2}", r"\frac{a}{2}"),
-        (r"\frac \mu 2", r"\frac{\mu}{2}"), (r"\bar\lambda_a^2", r"{\bar{\lambda}{}}_a^2"), (r"\hat u_i", r"{\hat{u}{}}_i"),
-        (r"\dot{S}_0", r"{\dot{S}{}}_0"), (r"\det F", r"\det\, F"), (r"\ln(J)", r"\ln(J)"), (r"\dots", r"\dots"),
+        (r"\frac \mu 2", r"\frac{\mu}{2}"), (r"\bar\lambda_a^2", r"{\bar{\lambda}{}}_a^2"),
+        (r"\hat u_i", r"{\hat{u}{}}_i"), (r"\dot{S}_0", r"{\dot{S}{}}_0"), (r"\det F", r"\det\, F"),
+        (r"\ln(J)", r"\ln(J)"), (r"\dots", r"\dots"),
     ],
 )  # fmt: skip
 def test_formulas_are_spelt_out(tex: str, braced: str) -> None:
