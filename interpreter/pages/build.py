@@ -18,6 +18,7 @@ from pathlib import Path
 from softmark.records import dataclass
 
 ROOM = Path(__file__).parent
+OTHERS = "reference/others.md"
 NEEDED = ("sphinx", "myst_parser", "furo")
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of what Sphinx says
 INSTALL = 'pip install "softmark[docs]"'
@@ -38,10 +39,10 @@ class Built:
 
 def sources() -> dict[str, bytes]:
     """Every file that Sphinx reads, by its path: pages that were written, and those that are made."""
-    from softmark.interpreter.pages import gallery, messages, reference
+    from softmark.interpreter.pages import gallery, messages, other_words, reference
 
     written = {f.relative_to(ROOM).as_posix(): f.read_bytes() for f in _written()}
-    made = {**reference.pages(), **messages.pages(), **gallery.pages()}
+    made = {**reference.pages(), OTHERS: other_words.page(), **messages.pages(), **gallery.pages()}
     return written | {path: text.encode() for path, text in made.items()}
 
 

@@ -25,7 +25,7 @@ def pages() -> dict[str, str]:
     """Markdown by the name of its file: of each kind, of words that are no constructors, and of the library."""
     kinds = {f"{FOLDER}/{kind}.md": _kind(kind) for kind in CATALOGUE}
     others = {f"{FOLDER}/words.md": _words(), f"{FOLDER}/units.md": _units(), f"{FOLDER}/library.md": _library()}
-    names = [path.removeprefix(f"{FOLDER}/").removesuffix(".md") for path in (*kinds, *others)]
+    names = [path.removeprefix(f"{FOLDER}/").removesuffix(".md") for path in (*kinds, *others)] + ["others"]
     tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *names, "```"])
     return {f"{FOLDER}/index.md": f"{SIGN}\n\n{tree}\n", **kinds, **others}
 

@@ -13,8 +13,9 @@ import pytest
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.dictionary import words
 from softmark.interpreter.dictionary.codes import pages as codes
+from softmark.interpreter.language import aliases
 from softmark.interpreter.language.sources import standard_scenes
-from softmark.interpreter.pages import build, gallery, messages, reference
+from softmark.interpreter.pages import build, gallery, messages, other_words, reference
 from softmark.interpreter.pages.markup import described, escaped
 from softmark.interpreter.pages.places import places
 
@@ -25,6 +26,8 @@ EXTERNAL = Path(__file__).with_name("external_links.txt")
 def test_every_word_and_every_message_has_a_place() -> None:
     made = "\n".join(reference.pages().values())
     assert [c.name for c in words.constructors() if f"```{{word}} {reference.target(c)}\n" not in made] == []
+    others = other_words.page()
+    assert [word for word in (*aliases.WORDS, *aliases.SYNONYMS, *aliases.CHOICES) if f"`{word}`" not in others] == []
     made = "\n".join(messages.pages().values())
     assert [code for code in codes() if made.count(f"```{{message}} {code}\n") != 1] == []
 
