@@ -115,27 +115,33 @@ def _verdict(name: str, record: Json) -> str:
 
 
 def _seconds(seconds: float | None) -> str:
-    return "" if seconds is None else quantity(seconds, "s", 3)
+    if seconds is None:
+        return ""
+    return quantity(seconds, "s", 3) if seconds >= 1e-3 else "below 1\u00a0ms"
 
 
 def _table(record: Json) -> str:
     """Models and references by metrics, or the other way round, so that it is longer than wide."""
     references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
     everyone = {**record["models"], **references}
-    metrics = list(dict.fromkeys(m for own in everyone.values() for m in own["metrics"]))
-    cells = {
-        (n, m): _cell(own["metrics"].get(m), _largest(everyone, m)) for n, own in everyone.items() for m in metrics
+    metrics = list(
+        dict.fromkeys(m for own in everyone.values() for m, found in own["metrics"].items() if _lasting(found))
+    )
+    columns = {
+        f"`{m}`": [_cell(own["metrics"].get(m), _largest(everyone, m)) for own in everyone.values()] for m in metrics
     }
-    ends = {
-        n: [_seconds(own.get("cpu")), "" if own["status"] in QUIET else own["status"]] for n, own in everyone.items()
-    }
-    last = ["CPU time", ""] if any(end[1] for end in ends.values()) else ["CPU time"]
+    columns["CPU time"] = [_seconds(own.get("cpu")) for own in everyone.values()]
+    columns[""] = ["" if own["status"] in QUIET else own["status"] for own in everyone.values()]
+    told = {head: column for head, column in columns.items() if any(column)}
+    names = [f"`{n}`" for n in everyone]
     if len(metrics) > len(everyone):
-        rows = [[f"`{m}`", *(cells[n, m] for n in everyone)] for m in metrics]
-        rows += [[head, *(ends[n][i] for n in everyone)] for i, head in enumerate(last)]
-        return _grid(["", *(f"`{n}`" for n in everyone)], rows)
-    rows = [[f"`{n}`", *(cells[n, m] for m in metrics), *ends[n][: len(last)]] for n in everyone]
-    return _grid(["", *(f"`{m}`" for m in metrics), *last], rows)
+        return _grid(["", *names], [[head, *column] for head, column in told.items()])
+    return _grid(["", *told], [list(row) for row in zip(names, *told.values(), strict=True)])
+
+
+def _lasting(found: Json) -> bool:
+    """Whether a number is the same on every machine: what is asked in real time is not."""
+    return not found.get("clock")
 
 
 def _largest(everyone: dict[str, Json], metric: str) -> float:
