@@ -124,9 +124,9 @@ def _table(record: Json) -> str:
     """Models and references by metrics, or the other way round, so that it is longer than wide."""
     references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
     everyone = {**record["models"], **references}
-    metrics = list(
-        dict.fromkeys(m for own in everyone.values() for m, found in own["metrics"].items() if _lasting(found))
-    )
+    measured = [item for own in everyone.values() for item in own["metrics"].items()]
+    clocked = {m for m, found in measured if found.get("clock")}  # in real time: of one machine alone
+    metrics = [m for m in dict.fromkeys(m for m, _ in measured) if m not in clocked]
     columns = {
         f"`{m}`": [_cell(own["metrics"].get(m), _largest(everyone, m)) for own in everyone.values()] for m in metrics
     }
@@ -137,11 +137,6 @@ def _table(record: Json) -> str:
     if len(metrics) > len(everyone):
         return _grid(["", *names], [[head, *column] for head, column in told.items()])
     return _grid(["", *told], [list(row) for row in zip(names, *told.values(), strict=True)])
-
-
-def _lasting(found: Json) -> bool:
-    """Whether a number is the same on every machine: what is asked in real time is not."""
-    return not found.get("clock")
 
 
 def _largest(everyone: dict[str, Json], metric: str) -> float:
