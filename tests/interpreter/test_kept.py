@@ -15,11 +15,18 @@ from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.evidence import doubts
+from softmark.interpreter.front.catalogue import compiled
+from softmark.interpreter.results.report import SeenCurve
+from softmark.interpreter.results.states import Moment
 from softmark.interpreter.study.expansion import sources
 from softmark.interpreter.study.kept import keeper, store
+from softmark.interpreter.study.kept.plain import Reader, Unkept, Writer
 
 SCENE = """scene "Kept"
 use "gels.scene" as gels
@@ -41,6 +48,9 @@ expect rod.eta < 10 %
 """
 GELS = "material soft = neo_hookean(young = 30 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
 ALL = {"rod", "fine", "stiff", "theory"}
+
+
+NOBODY = compiled(Source("nobody", "param a = 1"), Path(), None)[0]
 
 
 def run(folder: Path, *options: str, text: str | None = None) -> tuple[set[str], str]:
@@ -323,6 +333,53 @@ def test_two_runs_at_once_in_one_folder(tmp_path: Path) -> None:
         assert process.returncode == 0, errors
     for options in ((), ("-p", "n=20")):
         assert run(tmp_path, *options)[0] == set()
+
+
+@pytest.mark.slow
+def test_what_was_kept_with_other_doubts_is_not_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model says with its error which warnings speak against it; some come from what it shares with others."""
+    run(tmp_path, text=SCENE)
+    monkeypatch.setattr(doubts, "doubts_of", lambda *given: ["W375"])
+    assert run(tmp_path)[0] == ALL
+
+
+def test_values_come_back_as_they_were() -> None:
+    curve = SeenCurve(np.array([0.1, 1 / 3]), np.array([1.0, np.nan]), ("m", "1"))
+    value = (
+        1,
+        1.5,
+        True,
+        None,
+        "é\0",
+        float("inf"),
+        [1, (2,)],
+        {"~class": 1, 2: ()},
+        np.float64(0.1),
+        Moment(2.5),
+        curve,
+    )
+    writer = Writer(NOBODY)
+    text = json.dumps(writer.write(value), allow_nan=False)
+    found = Reader(NOBODY, dict(enumerate(writer.arrays))).read(json.loads(text))
+    assert repr(found) == repr(value)
+    assert [type(v) for v in found] == [type(v) for v in value]
+    with pytest.raises(Unkept):
+        writer.write(lambda: None)
+    with pytest.raises(Unkept):
+        writer.write(np.array([object()]))
+
+
+def test_no_file_has_anything_run(tmp_path: Path) -> None:
+    """With a right checksum, too: objects are not read, and classes that are not of results are not made."""
+    body = io.BytesIO()
+    np.savez(body, json=np.array([Path("made")], dtype=object))
+    store.write(tmp_path, "key", 0, [])
+    path = store._path(tmp_path, "key")
+    path.write_bytes(store._head(body.getvalue()) + b"\n" + body.getvalue())
+    with pytest.raises(store.Damaged):
+        store.read(tmp_path, "key")
+    with pytest.raises(LookupError):
+        Reader(NOBODY, {}).read({"~class": "Popen", "fields": {}})
 
 
 def test_a_folder_of_results_stays_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
