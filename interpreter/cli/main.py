@@ -36,7 +36,9 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
+    "docs": ("docs", "open the documentation: tutorial, reference, gallery; no network"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
+    "editor": ("editor", "write what an editor needs to know scenes: colours, the language server"),
     "lsp": ("lsp", "serve an editor: the language server"),
     "completion": ("completion", "print the completion script of a shell"),
 }
