@@ -270,15 +270,17 @@ def test_the_examples_are_stripped_and_small() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=[p.stem for p in NOTEBOOKS])
-def test_the_examples_run(path: Path) -> None:
+def test_the_examples_run() -> None:
+    """One after the other in one kernel, which forgets all names between them."""
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     for module in ("ipykernel", "pandas", "matplotlib"):
         pytest.importorskip(module)
-    book = nbformat.read(path, as_version=4)
+    book = nbformat.v4.new_notebook()
+    for path in NOTEBOOKS:
+        book.cells += [*nbformat.read(path, as_version=4).cells, nbformat.v4.new_code_cell("%reset -f")]
     nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()  # an error that is not meant raises
     shown = [o for cell in book.cells for o in cell.get("outputs", ())]
-    assert sum('class="softmark"' in o.get("data", {}).get("text/html", "") for o in shown) == 2
+    assert sum('class="softmark"' in o.get("data", {}).get("text/html", "") for o in shown) == 4
     said = [o.data["text/plain"] for o in shown if o.output_type == "display_data" and len(o.data) == 1]
     assert not any(said)  # the line of what was being done is gone
     assert not any(o.get("name") == "stderr" for o in shown)
