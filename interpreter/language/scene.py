@@ -95,6 +95,18 @@ class Expectation:
 
 
 @dataclass(frozen=True)
+class Made:
+    """What was made of texts without an error: a variation of them makes again only what it touches.
+
+    `needs` has the names that a declaration refers to, with those that these refer to.
+    """
+
+    parameters: Mapping[str, Parameter]
+    declared: Mapping[str, Declared]
+    needs: Mapping[str, frozenset[str]]
+
+
+@dataclass(frozen=True)
 class Scene:
     """Everything that a scene declares, in the order of its text; names from `use` have their prefix."""
 
@@ -109,6 +121,7 @@ class Scene:
     table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
     varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
+    made: Made | None = field(default=None, repr=False, compare=False)  # None of one with errors
     state: int | None = None  # which state of its analysis it is in (`states.py`); None of all, or of the only one
 
     @property

@@ -260,6 +260,7 @@ class ModelResult:
     constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+    kept: str = ""  # when it was computed (UTC), of one that was taken over from an earlier run
 
     def __repr__(self) -> str:
         return prompt.outcome(self)
@@ -284,6 +285,7 @@ class ModelResult:
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
         own |= {"contacts": clean(self.contacts)} if self.contacts else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
+        own |= {"kept": self.kept} if self.kept else {}
         return own | _in_each(self.states, self.each)
 
 
@@ -335,6 +337,7 @@ class ReferenceResult:
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
     means: str = ""  # of a theory: by what it was solved
+    kept: str = ""  # when it was found (UTC), of one that was taken over from an earlier run
 
     def __repr__(self) -> str:
         return prompt.outcome(self)
@@ -361,13 +364,17 @@ class ReferenceResult:
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": _measured(self.metrics, self.states),
             **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
+            **({"kept": self.kept} if self.kept else {}),
             **_in_each(self.states, self.each),
         }
 
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Whether an expectation was met; None, with a reason, where it could not be judged."""
+    """Whether an expectation was met; None, with a reason, where it could not be judged.
+
+    `value` is that of its first operand; it is compared with each of `limits`, in the same unit, by one of `relations`.
+    """
 
     text: str
     line: int
@@ -378,6 +385,9 @@ class ExpectationResult:
     left_out: bool = False  # what it is about was not chosen to run
     states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
     about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
+    metric: str = ""  # `rod.eta`, the first that it names
+    relations: tuple[str, ...] = ()
+    limits: tuple[float, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -387,7 +397,7 @@ class ExpectationResult:
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
-        own["verdict"] = self.verdict
+        own |= {"verdict": self.verdict, "unit": self.unit or None}
         own |= {"states": list(self.states)} if self.states else {}
         return own if self.reason is None else {**own, "reason": self.reason}
 
@@ -424,12 +434,17 @@ class Report:
         return (*self.models.values(), *self.references.values())
 
     @property
+    def failures(self) -> tuple[ModelResult | ReferenceResult, ...]:
+        """Those of them that were tried and gave no answer."""
+        return tuple(o for o in self.outcomes if o.status not in (*ANSWERED, *LEFT_OUT))
+
+    @property
     def exit_status(self) -> int:
         """3 where a model or reference failed, else 1 where an expectation was not met or not judged, else 0.
 
         Expectations about models that were not chosen to run do not count.
         """
-        if any(o.status not in (*ANSWERED, *LEFT_OUT) for o in self.outcomes):
+        if self.failures:
             return 3
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 

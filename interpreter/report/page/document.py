@@ -86,9 +86,15 @@ def part(name: str, beside: tuple[str, ...] = ()) -> str:
 
 def moment(written: str) -> str:
     """A time element in words; the text itself where it is not a date."""
+    words = in_words(written)
+    return text(written) if words == written else tag("time", words, datetime=written)
+
+
+def in_words(written: str) -> str:
+    """`23 November 2026, 17:54 UTC`; the text itself where it is not a date."""
     try:
         found = datetime.fromisoformat(written)
     except ValueError:
-        return text(written)
+        return written
     zone = " UTC" if not found.utcoffset() else found.strftime(" UTC%z")
-    return tag("time", f"{found.day} {found.strftime('%B %Y, %H:%M')}{zone}", datetime=written)
+    return f"{found.day} {found.strftime('%B %Y, %H:%M')}{zone}"

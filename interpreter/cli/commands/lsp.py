@@ -1,0 +1,32 @@
+"""`dsl lsp`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from importlib.util import find_spec
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """[--stdio]"""
+    parser.add_argument("--stdio", action="store_true", help="talk over standard input and output, as always")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Serve one editor; the exit status is that of the protocol, 2 if the packages for it are not installed."""
+    if find_spec("pygls") is None or find_spec("lsprotocol") is None:
+        print('error: `dsl lsp` needs pygls: pip install "softmark[lsp]"', file=sys.stderr)
+        return 2
+    # standard output is the editor's alone: whatever a library prints, in Python or below it, goes to standard error
+    outgoing = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
+    incoming = os.fdopen(os.dup(0), "rb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # and nothing else reads what the editor says
+    from softmark import pausing
+    from softmark.interpreter.editor.server import serve
+
+    pausing.end()
+    serve(incoming, outgoing)
+    return 0

@@ -1,0 +1,51 @@
+"""A language server as a real client meets it: pytest-lsp over its standard input and output, for a file of tests.
+
+A test file imports `client` after `pytest.importorskip("pytest_lsp")`; its tests are `async` and marked LOOP.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_lsp
+from lsprotocol import types
+from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
+
+LOOP = [pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+DSL = "import sys; from softmark.interpreter.cli.main import main; sys.exit(main())"
+COMMAND = [sys.executable, "-c", DSL, "lsp"]
+
+
+@pytest_lsp.fixture(scope="module", config=ClientServerConfig(server_command=COMMAND))
+async def client(lsp_client: LanguageClient) -> AsyncIterator[None]:
+    """A server of its own for a file of tests, and an editor that can do what VS Code can."""
+    await began(lsp_client)
+    yield
+    await lsp_client.shutdown_session()
+
+
+async def began(client: LanguageClient) -> None:
+    """The session has begun."""
+    for request in (types.CLIENT_REGISTER_CAPABILITY, types.WORKSPACE_INLAY_HINT_REFRESH):
+        client.feature(request)(lambda params: None)  # which the server asks of it, and needs no answer to
+    capabilities = client_capabilities("visual-studio-code")
+    await client.initialize_session(types.InitializeParams(capabilities))
+
+
+def opened(client: LanguageClient, text: str, folder: Path, name: str = "some.scene") -> types.TextDocumentIdentifier:
+    """A text that is open in the editor, as a file that need not exist."""
+    uri = (folder / name).as_uri()
+    item = types.TextDocumentItem(uri, "softmark", 1, text)
+    client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+    return types.TextDocumentIdentifier(uri)
+
+
+async def said(client: LanguageClient, of: types.TextDocumentIdentifier) -> list[types.Diagnostic]:
+    """What the server publishes next of a text."""
+    while True:
+        found = await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        if found.uri == of.uri:
+            return list(found.diagnostics)
