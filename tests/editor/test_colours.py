@@ -232,14 +232,15 @@ def _written(files: dict[str, bytes], folder: Path) -> Path:
     return folder
 
 
-SMALL = "param L = 60 kPa\nmodel m = fem(tet4, size = L)  # so\n"
+SMALL = "param L = 60 kPa\nmodel m = fem(tet4, size = L)  # so\nload w = f((1, 2) mm, [3] s) and 2 and 3\n"
 SHOWN = """\
 set runtimepath^={folder}
 filetype plugin on
 syntax on
 edit {scene}
 redir! > {out}
-for place in [[1, 1], [1, 11], [1, 14], [2, 1], [2, 7], [2, 11], [2, 15], [2, 21], [2, 33]]
+let places = [[1, 1], [1, 11], [1, 14], [2, 1], [2, 7], [2, 11], [2, 15], [2, 21], [2, 33]]
+for place in places + [[3, 19], [3, 27], [3, 30], [3, 36]]
   echo synIDattr(synID(place[0], place[1], 1), 'name')
 endfor
 echo &filetype &commentstring
@@ -258,7 +259,7 @@ def test_vim_and_neovim_colour_a_scene(program: str, tmp_path: Path) -> None:
     script.write_text(SHOWN.format(folder=folder, scene=tmp_path / "a.scene", out=tmp_path / "out"))
     subprocess.run([_needs(program), "-u", "NONE", "-es", "-S", str(script)], stdin=subprocess.DEVNULL, timeout=60)
     found = (tmp_path / "out").read_text().split()
-    roles = "Reserved Number Unit Kind Name Constructor Constant Field Comment"
+    roles = "Reserved Number Unit Kind Name Constructor Constant Field Comment Unit Unit Reserved Reserved"
     assert found == [*(f"scene{role}" for role in roles.split()), "scene", "#", "%s"]
 
 
@@ -269,11 +270,12 @@ def test_emacs_compiles_the_mode_and_colours_a_scene(tmp_path: Path) -> None:
     ask = (
         "(progn (setq byte-compile-error-on-warn t) "
         f'(unless (byte-compile-file "{library}") (kill-emacs 1)) (load "{library}c") (find-file "{tmp_path}/a.scene") '
-        '(font-lock-ensure) (princ (format "%S " major-mode)) (dolist (at \'(1 11 14 18 24 28 32 38 50)) '
+        '(font-lock-ensure) (princ (format "%S " major-mode)) (dolist (at \'(1 11 14 18 24 28 32 38 50 72 80 83 89)) '
         '(princ (format "%S " (get-text-property at \'face)))))'
     )
     done = subprocess.run([_needs("emacs"), "--batch", "-Q", "--eval", ask], capture_output=True, text=True, timeout=60)
-    faces = "keyword constant type type variable-name function-name constant variable-name comment-delimiter"
+    faces = "keyword constant type type variable-name function-name constant variable-name comment-delimiter "
+    faces += "type type keyword keyword"
     assert done.stdout.split() == ["softmark-mode", *(f"font-lock-{face}-face" for face in faces.split())], done.stderr
 
 

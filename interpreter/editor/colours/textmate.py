@@ -30,7 +30,7 @@ def grammar() -> dict[str, Any]:
     own = words()
     factor = r"(?:%|°?[[:alpha:]µμ]\w*)(?:\^[+-]?\d+(?:\.\d+)?)?"
     more = r"[*/·](?:\([\w*/^·-]+\)|[[:alpha:]µμ]\w*(?:\^[+-]?\d+(?:\.\d+)?)?)(?![\w(])"
-    unit = rf"(?:[ \t]*(?!(?:{either(own.reserved)})\b)({factor}(?:{more})*))?"
+    unit = rf"[ \t]*(?!(?:{either(own.reserved)})\b)({factor}(?:{more})*)"
     repository: dict[str, dict[str, Any]] = {
         "comment": {"name": "comment.line.number-sign.softmark", "match": "#.*$"},
         "declaration": {
@@ -44,9 +44,10 @@ def grammar() -> dict[str, Any]:
             "patterns": [{"name": "constant.character.escape.softmark", "match": r'\\["\\]'}],
         },
         "quantity": {
-            "match": rf"(?<![\w.])({NUMBER}){unit}",
+            "match": rf"(?<![\w.])({NUMBER})(?:{unit})?",
             "captures": {"1": {"name": "constant.numeric.softmark"}, "2": {"name": "keyword.other.unit.softmark"}},
         },
+        "vector": {"match": rf"(?<=[)\]]){unit}", "captures": {"1": {"name": "keyword.other.unit.softmark"}}},
         "reserved": {"name": "keyword.control.softmark", "match": rf"\b(?:{either(own.reserved)})\b"},
         "constructor": {"name": "support.class.softmark", "match": rf"\b(?:{either(own.constructors)})(?=\()"},
         "function": {"name": "support.function.softmark", "match": rf"\b(?:{either(own.functions)})(?=\()"},
