@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from softmark.grammar.diagnostic import Fix, Remedy
+
 # What other programs call our fields: suggested, never accepted.
 SYNONYMS = {
     "E": "young", "youngs_modulus": "young", "young_modulus": "young", "youngModulus": "young",
@@ -114,10 +116,10 @@ MODULI = {
 }  # fmt: skip
 
 # Functions of other languages.
-FUNCTIONS = {
-    "pow": "write `a^b`", "power": "write `a^b`", "ln": "`log` is the natural logarithm",
+FUNCTIONS: dict[str, str | Remedy] = {
+    "pow": "write `a^b`", "power": "write `a^b`", "ln": Remedy("`log` is the natural logarithm", Fix("log")),
     "log10": "write `log(a) / log(10)`",
-    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": "write `abs(a)`",
+    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": Remedy("write `abs(a)`", Fix("abs")),
     "norm": "take the root of a sum of squares",
     "asin": "", "acos": "", "atan": "", "atan2": "", "sinh": "", "cosh": "", "tanh": "", "floor": "",
     "ceil": "", "round": "",

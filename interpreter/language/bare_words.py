@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.elsewhere import slip
 from softmark.interpreter.language.expressions import Place
@@ -30,7 +31,7 @@ def bare_word(scope: Scope, module: Module, field: Field, node: tree.Name, place
     if close is None:
         return None
     raise place.fail("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",
-                     f"did you mean `{close}`?")  # fmt: skip
+                     did_you_mean(close))  # fmt: skip
 
 
 def _words(scope: Scope, kind: str) -> dict[str, Constructor]:
