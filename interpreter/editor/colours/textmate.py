@@ -37,6 +37,10 @@ def grammar() -> dict[str, Any]:
             "match": rf"^\s*({either(own.kinds)})\s+({NAME})\s*(?==)",
             "captures": {"1": {"name": "storage.type.softmark"}, "2": {"name": "entity.name.type.softmark"}},
         },
+        "named": {
+            "match": rf"\b(param|as)\s+({NAME})",
+            "captures": {"1": {"name": "keyword.control.softmark"}, "2": {"name": "entity.name.type.softmark"}},
+        },
         "string": {
             "name": "string.quoted.double.softmark",
             "begin": '"',
