@@ -156,6 +156,7 @@ def test_the_engine_of_vs_code_gives_every_word_of_the_scenes_its_role(tmp_path:
 # ---------------------------------------------------------------- roles, and Pygments
 
 
+@pytest.mark.slow
 def test_every_shipped_scene_is_cut_into_words_without_an_error() -> None:
     for scene in SCENES:
         text = scene.read_text(encoding="utf-8")
