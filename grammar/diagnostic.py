@@ -34,8 +34,42 @@ class Second:
 
 
 @dataclass(frozen=True, slots=True)
+class Fix:
+    """`text` in place of what stands at `span`, or, without one, of all that the message points at."""
+
+    text: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """How to mend something: in words, and as the change to the text where the words name it."""
+
+    help: str
+    fix: Fix | None = None
+
+
+def did_you_mean(name: str, text: str = "", more: str = "") -> Remedy:
+    """``did you mean `name`?``: the name, or the text that is given, for what the message points at."""
+    return Remedy(f"did you mean `{name}`?{more}", Fix(text or name))
+
+
+def write(text: str, more: str = "") -> Remedy:
+    """``write `text` ``: for what the message points at."""
+    return Remedy(f"write `{text}`{more}", Fix(text))
+
+
+def remedied(help: str | Remedy) -> Remedy:
+    """Words without a change are a remedy, too."""
+    return help if isinstance(help, Remedy) else Remedy(help)
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One message. `message` says what is wrong, `label` what stands at the span, `help` how to mend it."""
+    """One message. `message` says what is wrong, `label` what stands at the span, `help` how to mend it.
+
+    `fix` is the same as `help` as a change to the text, of those whose help names one.
+    """
 
     code: str
     message: str
@@ -45,6 +79,7 @@ class Diagnostic:
     help: str = ""
     notes: tuple[str, ...] = ()
     also: tuple[Second, ...] = ()
+    fix: Fix | None = None
 
     @property
     def severity(self) -> Literal["error", "warning"]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Fix, Source
 from softmark.grammar.lex import BREAK, Token
 from softmark.grammar.split import MAX_NESTING, Chunk
-from softmark.grammar.tree import Argument, Declaration, Expression, Number, Span, Unit, expressions, walk
+from softmark.grammar.tree import Argument, Declaration, Expression, Number, Span, Unit, between, expressions, walk
 
 VERSIONS = (1,)  # of the language
 MAX_LITERAL = 400  # characters of a number, a text, a name or a unit
@@ -84,7 +84,7 @@ def version(source: Source, number: Token, span: Span, first: bool) -> Diagnosti
 def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
     """`import`, `let` and their like."""
     message = f"`{word.text}` is not a word of the language; the one for this is `{instead}`"
-    return Diagnostic("E116", message, source, word.span, help=f"as in `{EXAMPLES[instead]}`")
+    return Diagnostic("E116", message, source, word.span, help=f"as in `{EXAMPLES[instead]}`", fix=Fix(instead))
 
 
 # ------------------------------------------------------------------------ of one expression
@@ -102,8 +102,11 @@ def positional_after_named(source: Source, argument: Argument) -> Diagnostic:
     """An argument without a name after one with a name; or the digits after a decimal comma."""
     start, text = argument.span.start, source.text
     if isinstance(argument.value, Number) and re.search(r"[0-9],\Z", text[max(0, start - 2) : start]):
-        help = "write a point, as in `0.49`"
-        return Diagnostic("E113", "the decimal sign is a point", source, argument.span, "after a comma", help)
+        help, at = "write a point, as in `0.49`", argument.span
+        comma = Span(start - 1, start, at.line, at.column - 1, at.line, at.column)
+        return Diagnostic(
+            "E113", "the decimal sign is a point", source, at, "after a comma", help, fix=Fix(".", comma)
+        )  # fmt: skip
     message = "an argument without a name after one with a name"
     return Diagnostic("E119", message, source, argument.span, "its name is missing", "write `name = value`")
 
@@ -117,10 +120,11 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
     help = f"write `({quantity})^{power}` for a power of the quantity"
     if isinstance(exponent, Number) and not exponent.unit and "^" not in unit.text:
         help = f"write `{quantity}^{power}` for the unit, `({quantity})^{power}` for the quantity"
-    message = "a power of the unit, or of the quantity?"
+    message, fix = "a power of the unit, or of the quantity?", None
     if "^" in unit.text:
         message = "a second power after that of the unit"
-    return Diagnostic("E127", message, source, span, help=help)
+        fix = Fix(f"({quantity})^{power}", between(base.span, exponent.span))
+    return Diagnostic("E127", message, source, span, help=help, fix=fix)
 
 
 def escape(source: Source, token: Token) -> Diagnostic | None:

@@ -12,11 +12,12 @@ from functools import cached_property
 from itertools import pairwise
 
 from softmark.grammar import limits
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, remedied, write
 from softmark.grammar.lalr import END, accepted
 from softmark.grammar.lex import BREAK, Token
 from softmark.grammar.split import CLOSERS, OPENERS, WORDS, Chunk
 from softmark.grammar.table import load, reserved
+from softmark.grammar.tree import Span, between
 from softmark.records import dataclass
 
 VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # what a value starts with
@@ -107,10 +108,26 @@ class Slip:
         literal = next((t.literal for t in load().terminals if t.name == kind), "")
         return f"`{literal}`" if literal else WORDS_FOR[kind]
 
-    def say(self, code: str, message: str = "", help: str = "", label: str = "", at: Token | None = None) -> Diagnostic:
+    def say(
+        self, code: str, message: str = "", help: str | Remedy = "", label: str = "", at: Token | None = None
+    ) -> Diagnostic:
         """A diagnostic at the token that does not fit; without a message, what was expected and found."""
-        message = message or f"{self.expected}, found {self.shown}"
-        return Diagnostic(code, message, self.source, (at or self.found).span, label, help)
+        message, remedy = message or f"{self.expected}, found {self.shown}", remedied(help)
+        return Diagnostic(code, message, self.source, (at or self.found).span, label, remedy.help, fix=remedy.fix)
+
+    def before(self, text: str, offset: int = 0) -> Fix:
+        """A text that is put before the token `offset` places from the one that does not fit."""
+        token = self.tokens[self.index + offset]
+        return Fix(text, Span(token.start, token.start, token.line, token.column, token.line, token.column))
+
+    def after(self, text: str, place: int) -> Fix:
+        """A text that is put behind the token at a place."""
+        end = self.tokens[place].span
+        return Fix(text, Span(end.end, end.end, end.end_line, end.end_column, end.end_line, end.end_column))
+
+    def over(self, text: str, first: int, last: int) -> Fix:
+        """A text for all tokens from one place to another, `offset` from the one that does not fit."""
+        return Fix(text, between(self.tokens[self.index + first].span, self.tokens[self.index + last].span))
 
     @property
     def shown(self) -> str:
@@ -139,7 +156,8 @@ def _second(slip: Slip) -> Diagnostic | None:
     if slip.second is None:
         return None
     at = slip.tokens[slip.second]
-    return slip.say("E115", "a second declaration on one line", f"start a new line before `{at.text}`", at=at)
+    remedy = Remedy(f"start a new line before `{at.text}`", slip.before("\n", slip.second - slip.index))
+    return slip.say("E115", "a second declaration on one line", remedy, at=at)
 
 
 def _junk(slip: Slip) -> Diagnostic | None:
@@ -148,11 +166,12 @@ def _junk(slip: Slip) -> Diagnostic | None:
         case "UNCLOSED_STRING":
             return slip.say("E103", "the text is not closed", 'a text ends on the line it starts on, with `"`')
         case "SEMICOLON":
-            return slip.say("E107", "a declaration ends with its line, without `;`", "remove the `;`")
+            return slip.say("E107", "a declaration ends with its line, without `;`", Remedy("remove the `;`", Fix("")))
         case "SLASHES" | "BLOCK_COMMENT":
-            return slip.say("E108", f"a comment starts with `#`, not with `{text[:2]}`", "write `# ...`")
+            remedy = Remedy("write `# ...`", _as_comment(slip))
+            return slip.say("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
         case "SINGLE_QUOTED":
-            return slip.say("E109", "a text stands in double quotes", f'write `"{text.strip(chr(39))}"`')
+            return slip.say("E109", "a text stands in double quotes", write(f'"{text.strip(chr(39))}"'))
         case "LBRACE" | "RBRACE":
             help = "fields go into a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
             return slip.say("E112", f"there are no blocks in braces, found `{text}`", help)
@@ -160,9 +179,31 @@ def _junk(slip: Slip) -> Diagnostic | None:
             help = "names are made of the letters A to Z, a to z, digits and `_`"
             return slip.say("E130", f"`{text[:30]}` is not a name", help)
         case "ILLEGAL":
-            instead = LOOKALIKES.get(text, "")
-            return slip.say("E102", f"unexpected {_character(text)}", f"write `{instead}`" if instead else "")
+            return slip.say("E102", f"unexpected {_character(text)}", _for_lookalike(slip))
     return None
+
+
+def _as_comment(slip: Slip) -> Fix | None:
+    """A foreign comment in one line, nothing behind it, as one of ours."""
+    text, end = slip.found.text, slip.found.end
+    if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end:]):
+        return None
+    return Fix(f"# {text[2:].removesuffix('*/').strip()}")
+
+
+def _for_lookalike(slip: Slip) -> str | Remedy:
+    """What stands here for a character that looks like it; of quotes the other one is replaced with it."""
+    found = slip.found
+    instead = LOOKALIKES.get(found.text, "")
+    if instead != '"':
+        return write(instead) if instead else ""
+    quotes = "".join(one for one, plain in LOOKALIKES.items() if plain == '"')
+    quoted = re.compile(rf'[{quotes}]([^{quotes}"\\\r\n]*)[{quotes}"]').match(slip.source.text, found.start)
+    if quoted is None:
+        return write(instead)
+    at, length = found.span, len(quoted[0])
+    whole = Span(at.start, at.start + length, at.line, at.column, at.line, at.column + length)
+    return Remedy(f"write `{instead}`", Fix(f'"{quoted[1]}"', whole))
 
 
 def _character(text: str) -> str:
@@ -186,8 +227,10 @@ def _unclosed(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != END and not starts_line:
         return None
     opening = slip.tokens[slip.brackets[-1]]
-    closing = {"LPAR": ")", "LSQB": "]"}.get(opening.kind, "}")
-    return slip.say("E104", f"`{opening.text}` is not closed", f"add the `{closing}`", "opened here", opening)
+    closings = {"LPAR": ")", "LSQB": "]"}
+    missing = "".join(closings.get(slip.tokens[place].kind, "}") for place in reversed(slip.brackets))
+    remedy = Remedy(f"add the `{closings.get(opening.kind, '}')}`", slip.after(missing, slip.index - 1))
+    return slip.say("E104", f"`{opening.text}` is not closed", remedy, "opened here", opening)
 
 
 def _wrong_closing(slip: Slip) -> Diagnostic | None:
@@ -195,7 +238,8 @@ def _wrong_closing(slip: Slip) -> Diagnostic | None:
     if found.kind not in CLOSERS:
         return None
     if not slip.brackets:
-        return slip.say("E105", f"`{found.text}` closes nothing", f"remove the `{found.text}`, or open it before")
+        remedy = Remedy(f"remove the `{found.text}`, or open it before", Fix(""))
+        return slip.say("E105", f"`{found.text}` closes nothing", remedy)
     opening = slip.tokens[slip.brackets[-1]]
     if OPENERS[opening.kind] == found.kind:
         return None
@@ -217,12 +261,14 @@ def _comma(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "COMMA" or "NUMBER" in slip.accepts:
         return None
     if slip.kind(-1) == slip.kind(1) == "NUMBER" and slip.found.end == slip.tokens[slip.index + 1].start:
-        return slip.say("E113", "the decimal sign is a point", f"write `{slip.text(-1)}.{slip.text(1)}`")
+        number = f"{slip.text(-1)}.{slip.text(1)}"
+        return slip.say("E113", "the decimal sign is a point", Remedy(f"write `{number}`", slip.over(number, -1, 1)))
     if slip.brackets or END not in slip.accepts:
         return None
     at_end = slip.kind(1) == END
     message = "a declaration ends without a comma" if at_end else "there is no comma outside brackets"
-    return slip.say("E111", message, "remove the `,`" if at_end else "write one declaration for each")
+    remedy = Remedy("remove the `,`", Fix("")) if at_end else "write one declaration for each"
+    return slip.say("E111", message, remedy)
 
 
 def _equal(slip: Slip) -> Diagnostic | None:
@@ -232,11 +278,12 @@ def _equal(slip: Slip) -> Diagnostic | None:
     name, text = slip.text(-1), slip.text(0)
     message = f"expected `=` after `{name}`, found {slip.shown}"
     if text in (":", ":=", "=="):
-        return slip.say("E106", message, f"write `{name} = ...`")
+        return slip.say("E106", message, Remedy(f"write `{name} = ...`", Fix("=")))
     if _names_declaration(slip) and slip.found.kind != "LBRACE":
-        return slip.say("E106", message, f"write `{slip.text(-2)} {name} = ...`")
+        return slip.say("E106", message, Remedy(f"write `{slip.text(-2)} {name} = ...`", slip.before("= ")))
     if slip.found.kind in ("NUMBER", "STRING", "LSQB"):
-        return slip.say("E106", message, f"write `{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}`")
+        shown = f"{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}"
+        return slip.say("E106", message, Remedy(f"write `{shown}`", slip.before("= ")))
     return None
 
 
@@ -256,7 +303,8 @@ def _operator(slip: Slip) -> Diagnostic | None:
             first, second = (slip.tokens[place] for place in pair)
             text = first.text + second.text
             if text in instead and first.end == second.start:
-                return slip.say("E101", f"there is no operator `{text}`", f"write `{instead[text]}`", at=first)
+                remedy = Remedy(f"write `{instead[text]}`", Fix(instead[text], between(first.span, second.span)))
+                return slip.say("E101", f"there is no operator `{text}`", remedy, at=first)
     return None
 
 
@@ -268,7 +316,7 @@ def _comparison(slip: Slip) -> Diagnostic | None:
         return _comparison_in_argument(slip)
     if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
         return slip.say("E101", help="named values stand in a call: `cylinder(length = 3 mm)`")
-    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", "write `==`")
+    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", write("=="))
 
 
 def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
@@ -278,8 +326,8 @@ def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
     own = [token.kind for token in slip.tokens[(commas[-1] + 1 if commas else start) : slip.index]]
     if own[:2] != ["NAME", "EQUAL"] or slip.kind(-1) != "NAME" or slip.kind(-2) in VALUES | CLOSERS:
         return None  # `f(a = 1 b = 2)`: a comma is missing
-    help = "write `==`, or `<=` or `>=` to select a region"
-    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", help)
+    remedy = write("==", ", or `<=` or `>=` to select a region")
+    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", remedy)
 
 
 def _reserved(slip: Slip) -> Diagnostic | None:
@@ -304,7 +352,8 @@ def _unit_in_parts(slip: Slip) -> Diagnostic | None:
         rest.append(second.text)
     if slip.kind(1) in ("EQUAL", "LPAR") or found.text in reserved() or (slip.brackets and len(rest) == 1):
         return None
-    return slip.say("E101", help=f"join units with `*`: `{slip.text(-1)}*{''.join(rest)}`")
+    unit, last = f"{slip.text(-1)}*{''.join(rest)}", len(rest) - 1
+    return slip.say("E101", help=Remedy(f"join units with `*`: `{unit}`", slip.over(unit, -1, last)))
 
 
 def _missing_comma(slip: Slip) -> Diagnostic | None:
@@ -315,7 +364,8 @@ def _missing_comma(slip: Slip) -> Diagnostic | None:
         return None
     at = slip.tokens[place]
     message = f"expected `,` between {_show(slip.tokens[place - 1])} and `{at.text}`"
-    return slip.say("E110", message, label="`,` is missing before this", at=at)
+    remedy = Remedy("", slip.after(",", place - 1))
+    return slip.say("E110", message, remedy, "`,` is missing before this", at)
 
 
 def _is_unit(slip: Slip) -> bool:
@@ -325,9 +375,9 @@ def _is_unit(slip: Slip) -> bool:
 def _unit(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "UNIT":
         return None
-    help = f"multiply: `* 1 {slip.text(0)}`"
+    factor = f"* 1 {slip.text(0)}"
     message = "a unit follows a number, a vector or a list; here it follows a call or a group"
-    return slip.say("E118", message, help)
+    return slip.say("E118", message, Remedy(f"multiply: `{factor}`", Fix(factor)))
 
 
 def _shape(slip: Slip) -> Diagnostic | None:
@@ -355,7 +405,7 @@ def _value(slip: Slip) -> Diagnostic | None:
 def _text(slip: Slip) -> Diagnostic | None:
     """The path of a `use`, the title of a `scene`, and what goes with them."""
     if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
-        return slip.say("E101", help=f'write `"{slip.text(0)}"`')
+        return slip.say("E101", help=write(f'"{slip.text(0)}"'))
     if slip.accepts == {"AS"}:
         return slip.say("E101", help=f"write `use {slip.text(-1)} as name`")
     return None

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, unsafe_hash=True)  # and never changed: a frozen one takes three times as long to make
 class Span:
     """A stretch of a source text; lines and columns count from 1, in code points; the end is outside."""
 
@@ -67,7 +67,7 @@ class Name:
     @property
     def text(self) -> str:
         """The name as written, dots included."""
-        return ".".join(self.parts)
+        return self.parts[0] if len(self.parts) == 1 else ".".join(self.parts)
 
 
 @dataclass(frozen=True, slots=True)

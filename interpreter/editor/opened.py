@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from lsprotocol import types
 from pygls.uris import to_fs_path
 
-from softmark.interpreter.editor.diagnostics import Checks
+from softmark.interpreter.editor.checks import Checks
 from softmark.interpreter.editor.document import Document
+from softmark.interpreter.language.scene import Scene
 
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
@@ -26,15 +27,15 @@ class Opened:
 
     def open(self, item: types.TextDocumentItem) -> None:
         """A text that has been opened."""
-        self._have(item.uri, document(item.uri, item.text, item.version))
+        self._have(item.uri, document(item.uri, item.text, item.version, self._snippets))
 
     def change(
         self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
     ) -> None:
         """The same text after changes, one after the other."""
-        now = self.documents.get(which.uri) or document(which.uri, "")
+        now = before = self.documents.get(which.uri) or document(which.uri, "")
         for change in changes:
-            now = document(which.uri, changed(now, change), which.version)
+            now = document(which.uri, changed(now, change), which.version, self._snippets, before.read)
         self._have(which.uri, now)
 
     def close(self, uri: str) -> None:
@@ -42,16 +43,24 @@ class Opened:
         self.documents.pop(uri, None)
         self.checks.forget(uri)
 
+    @property
+    def _snippets(self) -> bool:
+        known = self.server.client_capabilities.text_document
+        item = known.completion.completion_item if known and known.completion else None
+        return bool(item and item.snippet_support)
+
     def _have(self, uri: str, now: Document) -> None:
         self.documents[uri] = now
         self.checks.due(uri)
 
 
-def document(uri: str, text: str, version: int | None = None) -> Document:
+def document(
+    uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None
+) -> Document:
     """A text of a URI; what lies in no file looks for files in the working folder."""
     path = to_fs_path(uri)
     file = Path(path) if path else None
-    return Document(text, file.parent if file else Path(), file, version)
+    return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier)
 
 
 def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:

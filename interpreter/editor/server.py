@@ -1,8 +1,9 @@
 """The language server: requests of an editor, each answered by a function of a file of this room.
 
 To answer one more request: a file with a function `f(document, params)` that returns what `lsprotocol.types` says of
-the method, and a line in FEATURES. Of a method whose parameters name no text document the function gets all that is
-open in place of one document (`opened.py`). What a function raises is said on standard error, the answer is None.
+the method, and a line in FEATURES. Of a method whose parameters name no text document, and of one that is `wide`, the
+function gets all that is open in place of one document (`opened.py`). What a function raises is said on standard error,
+the answer is None; but for a reason why something is not done (`refused.py`), which the editor shows.
 """
 
 from __future__ import annotations
@@ -18,7 +19,13 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, lsp_method
 
 from softmark import __version__
+from softmark.interpreter.editor import colouring, fixing
+from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.opened import Opened
+from softmark.interpreter.editor.refused import Refused
+from softmark.scenes import ROOT
+
+TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
 
 
 class Feature(NamedTuple):
@@ -26,9 +33,30 @@ class Feature(NamedTuple):
 
     answer: str
     options: Any = None
+    wide: bool = False  # it gets all that is open, though its parameters name one text
 
 
-FEATURES: dict[str, Feature] = {}
+FEATURES: dict[str, Feature] = {
+    types.INITIALIZED: Feature("watching:watch"),
+    types.TEXT_DOCUMENT_CODE_ACTION: Feature("fixing:actions", types.CodeActionOptions(list(fixing.KINDS))),
+    types.TEXT_DOCUMENT_CODE_LENS: Feature("lenses:lenses"),
+    types.TEXT_DOCUMENT_COMPLETION: Feature("completion:complete", types.CompletionOptions(TRIGGERS)),
+    types.TEXT_DOCUMENT_DEFINITION: Feature("navigation:definition"),
+    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: Feature("navigation:highlights"),
+    types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: Feature("outline:symbols"),
+    types.TEXT_DOCUMENT_FOLDING_RANGE: Feature("outline:folds"),
+    types.TEXT_DOCUMENT_FORMATTING: Feature("formatting:formatted"),
+    types.TEXT_DOCUMENT_HOVER: Feature("hover:hover"),
+    types.TEXT_DOCUMENT_INLAY_HINT: Feature("hints:hints"),
+    types.TEXT_DOCUMENT_PREPARE_RENAME: Feature("renaming:prepare"),
+    types.TEXT_DOCUMENT_REFERENCES: Feature("navigation:references", wide=True),
+    types.TEXT_DOCUMENT_RENAME: Feature("renaming:rename", wide=True),
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("colouring:colours", colouring.LEGEND),
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: Feature("colouring:colours_between", colouring.LEGEND),
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature("signature:signature", types.SignatureHelpOptions(["(", ","], ["="])),
+    types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("watching:changed"),
+    types.WORKSPACE_SYMBOL: Feature("outline:everywhere"),
+}
 
 
 class Protocol(LanguageServerProtocol):
@@ -66,17 +94,20 @@ class Server(LanguageServer):
         super().__init__("softmark", __version__, protocol_cls=Protocol)
         self.opened = Opened(self)
         for method, feature in FEATURES.items():
-            self.feature(method, feature.options)(self._answering(feature.answer))
+            self.feature(method, feature.options)(self._answering(feature))
 
-    def _answering(self, answer: str) -> Callable[[Any], Any]:
-        module, function = answer.split(":")
+    def _answering(self, feature: Feature) -> Callable[[Any], Any]:
+        module, function = feature.answer.split(":")
 
         def answered(params: Any) -> Any:
             try:
                 asked = getattr(params, "text_document", None)
-                about = self.opened if asked is None else self.opened.documents.get(asked.uri)
+                known = None if asked is None else self.opened.documents.get(asked.uri)
+                about = self.opened if asked is None or (known and feature.wide) else known
                 name = f"softmark.interpreter.editor.{module}"
                 return None if about is None else getattr(import_module(name), function)(about, params)
+            except Refused:
+                raise
             except Exception:  # an editor goes on without this answer
                 traceback.print_exc(file=sys.stderr)
                 return None
@@ -85,5 +116,15 @@ class Server(LanguageServer):
 
 
 def serve(incoming: BinaryIO, outgoing: BinaryIO) -> None:
-    """Answer an editor until it leaves."""
-    Server().start_io(incoming, outgoing)
+    """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do."""
+    server = Server()
+    server.opened.checks.warm(_first)
+    server.start_io(incoming, outgoing)
+
+
+def _first() -> None:
+    """All words are loaded, and what answers requests."""
+    file = ROOT / "beams" / "silicone-beam.scene"
+    assert Document(file.read_text(encoding="utf-8"), file.parent, file).checked[0]
+    for feature in FEATURES.values():
+        import_module(f"softmark.interpreter.editor.{feature.answer.split(':')[0]}")

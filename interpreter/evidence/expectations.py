@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from softmark.grammar import tree
@@ -21,6 +22,16 @@ Results = Mapping[str, ModelResult | ReferenceResult]
 
 def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
     """Whether an expectation is met by the results; in every one of the states where it names none."""
+    return replace(_verdict(scene, results, expectation, states), about=_about(expectation))
+
+
+def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
+    """The metrics that an expectation names, with whose they are."""
+    names = (node.parts for node, _ in tree.walk(expectation.node) if isinstance(node, tree.Name))
+    return tuple(dict.fromkeys((parts[0], parts[1]) for parts in names if len(parts) == 2))
+
+
+def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
     named = named_in(expectation.node)
     missing = sorted(named - set(results) - set(scene.parameters))

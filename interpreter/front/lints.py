@@ -6,11 +6,12 @@ To add one: a function that yields diagnostics, a line in LINTS.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Location, Scene
@@ -25,6 +26,7 @@ from softmark.interpreter.vocabulary.supports import Bedded, Symmetric
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
 STRONGEST_PULL = 100.0  # m/s^2
+WRITTEN = re.compile(r"[\d.]+(?:[eE][+-]?\d+)?\s*[^\s()]*")  # a number with its unit, and no name of a parameter
 DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
 
 
@@ -50,8 +52,10 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
             factor = 1000.0 if density < LIGHTEST else 1e-3
             meant = units.show(density * factor, DENSITY)
             likely = LIGHTEST <= density * factor <= HEAVIEST
-            help = "water has 1000 kg/m^3, or 1 g/cm^3" + (f"; did you mean {meant}?" if likely else "")
-            yield diagnostic("W303", at("density"),
+            water, at_ = "water has 1000 kg/m^3, or 1 g/cm^3", at("density")
+            plain = Fix(meant) if WRITTEN.fullmatch(at_.text) else None
+            help = Remedy(f"{water}; did you mean {meant}?", plain) if likely else water
+            yield diagnostic("W303", at_,
                              f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
                              "a thousand times off?" if likely else "off by far", help)  # fmt: skip
 

@@ -27,6 +27,13 @@ def checked(
     of installed ones, that it may take words of.
     """
     scene, diagnostics = compiled(source, folder, file, overrides, plugins)
+    return looked_at(scene, diagnostics, only)
+
+
+def looked_at(
+    scene: Scene, diagnostics: list[Diagnostic], only: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The same of a scene that is compiled, with what was found then; the list grows by what is found here."""
     scene = replace(scene, chosen=needed(scene, only))
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from softmark.grammar.diagnostic import Fix, Remedy
+
 # What other programs call our fields: suggested, never accepted.
 SYNONYMS = {
     "E": "young", "youngs_modulus": "young", "young_modulus": "young", "youngModulus": "young",
@@ -114,10 +116,10 @@ MODULI = {
 }  # fmt: skip
 
 # Functions of other languages.
-FUNCTIONS = {
-    "pow": "write `a^b`", "power": "write `a^b`", "ln": "`log` is the natural logarithm",
+FUNCTIONS: dict[str, str | Remedy] = {
+    "pow": "write `a^b`", "power": "write `a^b`", "ln": Remedy("`log` is the natural logarithm", Fix("log")),
     "log10": "write `log(a) / log(10)`",
-    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": "write `abs(a)`",
+    "cbrt": "write `a^(1 / 3)`", "square": "write `a^2`", "fabs": Remedy("write `abs(a)`", Fix("abs")),
     "norm": "take the root of a sum of squares",
     "asin": "", "acos": "", "atan": "", "atan2": "", "sinh": "", "cosh": "", "tanh": "", "floor": "",
     "ceil": "", "round": "",
@@ -143,15 +145,15 @@ WORDS = {
     "saint_venant_kirchhoff": "st_venant_kirchhoff",
     "hooke": "linear_elastic", "elastic": "linear_elastic", "linear": "linear_elastic",
     "isotropic": "linear_elastic",
-    "springs": "mass_spring", "spring": "mass_spring", "msm": "mass_spring", "spring_network": "mass_spring",
+    "springs": "mass_spring", "msm": "mass_spring", "spring_network": "mass_spring",
     "beam": "beam6dof", "rod": "beam6dof", "cosserat": "beam6dof", "cube": "box", "brick": "box", "block": "box",
-    "rod_shape": "cylinder", "tube": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
+    "cuboid": "box", "ball": "sphere",
+    "rod_shape": "cylinder", "clamp": "fixed", "fix": "fixed", "dirichlet": "displaced",
     "encastre": "fixed", "body_force": "gravity", "weight": "gravity", "neumann": "traction",
-    "force": "point_force",
     "prescribed": "displaced", "displacement_bc": "displaced", "l2": "energy_norm", "l2_norm": "energy_norm",
     "timoshenko": "simo_reissner", "reissner": "simo_reissner", "euler_bernoulli": "small_deflection",
-    "real_time": "realtime", "hausdorff_distance": "hausdorff", "rmse": "mean_error", "mae": "mean_error",
-    "object": "body", "solid": "body", "boundary": "support", "constraint": "support", "bc": "support",
+    "real_time": "realtime", "hausdorff_distance": "hausdorff", "mae": "mean_error",
+    "object": "body", "boundary": "support", "constraint": "support", "bc": "support",
     "force_": "load", "solver": "analysis", "simulation": "analysis", "method": "model", "measure": "metric",
     "error": "metric", "geometry": "shape", "let": "param", "parameter": "param", "const": "param",
     "var": "param",
@@ -159,24 +161,24 @@ WORDS = {
     "transient": "dynamic", "time_history": "dynamic", "implicit_dynamic": "dynamic",
     "rom": "pod", "reduced_order": "pod", "eigenmodes": "modal",
     "grid_convergence": "self_converged",
-    "quasi_static": "static", "equilibrium": "static", "steady": "static",
+    "quasi_static": "quasistatic", "equilibrium": "static", "steady": "static",
     "mass_springs": "mass_spring", "spring_mass": "mass_spring", "spring_damper": "mass_spring",
     "van_gelder": "from_material", "auto": "from_material", "fitted": "calibrated", "fit": "calibrated",
     "tuned": "calibrated", "optimised": "calibrated", "optimized": "calibrated", "constant": "uniform",
     "stl": "surface", "obj": "surface", "ply": "surface", "scan": "surface", "laser_scan": "surface",
-    "ct_scan": "ct_volume", "ct": "ct_volume", "mri": "ct_volume", "dicom": "ct_volume", "nrrd": "ct_volume",
+    "ct_scan": "ct_volume", "ct": "ct_volume", "dicom": "ct_volume", "nrrd": "ct_volume",
     "nifti": "ct_volume", "voxels": "ct_volume", "beads": "markers", "landmarks": "markers",
     "fiducials": "markers", "tracked_points": "markers", "synthetic_scan": "virtual_scan",
     "virtual_ct": "virtual_scan", "vertices": "nodes", "interior": "volume", "skin": "surface",
-    "tracked": "follows", "imposed": "displaced", "chamfer": "surface_distance",
+    "tracked": "follows", "imposed": "displaced",
     "mean_distance": "surface_distance", "surface_error": "surface_distance", "frame_rate": "realtime",
     "mean_absolute_error": "mean_error", "volume_loss": "volume_change", "volume_ratio": "volume_change",
-    "eigenfrequency": "period", "natural_frequency": "period", "trajectory_error": "course_norm",
+    "eigenfrequency": "frequency", "natural_frequency": "frequency", "trajectory_error": "course_norm",
     "strain_error": "strain_energy_norm", "linear_ramp": "ramp", "smoothstep": "smooth", "cosine": "sine",
     "sinusoid": "sine", "impulse": "pulse", "experiment": "reference", "measurement": "reference",
-    "ground_truth": "reference", "truth": "reference", "paper": "published", "table": "published",
+    "ground_truth": "reference", "truth": "reference", "paper": "published",
     "known_value": "values", "literature": "values", "literature_value": "values", "benchmark_value": "values",
     "parameter_study": "sweep", "grid": "sweep", "vary": "sweep", "refinement": "sweep", "richardson": "convergence",
     "gci": "convergence", "order": "convergence", "front": "pareto", "trade_off": "pareto", "tradeoff": "pareto",
-    "stress": "stability", "robustness": "stability", "limits": "stability", "extremes": "stability",
+    "robustness": "stability", "limits": "stability", "extremes": "stability",
 }  # fmt: skip

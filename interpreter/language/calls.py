@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Second
+from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, forms, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
+from softmark.interpreter.language.elsewhere import meaning, slip
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
 from softmark.interpreter.language.scene import Location
@@ -78,16 +79,16 @@ class Binder:
         if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
             raise self.place.fail("E730", node.function.span, *lost)
         meant = aliases.WORDS.get(name)
-        close = meant if meant in known else nearest(name, known)
+        close = meant if meant in known else slip(name, known)
         if others:
             other = others[0].kind
             message = f"`{name}` is {schema.article(other)} {other}, not {schema.article(kind)} {kind}"
-            hint = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
+            hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
         else:
             message = f"there is no {kind} `{name}`"
-            hint = f"did you mean `{close}`?" if close else f"{kind} constructors: {', '.join(known)}"
-            if close == meant and not nearest(name, [close or ""]):
-                hint = f"it is called `{close}` here" if close else hint
+            hint = did_you_mean(close) if close else meaning(name) or f"{kind} constructors: {', '.join(known)}"
+            if close and close == meant and not nearest(name, [close]):
+                hint = Remedy(f"it is called `{close}` here", Fix(close))
         raise self.place.fail("E203", node.function.span, message, f"not {schema.article(kind)} {kind}", hint)
 
     # ------------------------------------------------------------------ arguments to fields
@@ -120,7 +121,7 @@ class Binder:
             if adjacent and field.dimension not in (None, units.NONE):
                 raise self.place.fail("E113", tree.between(a.span, b.span), "the decimal sign is a point",
                                       "a comma separates arguments",
-                                f"write `{a.text}.{self._text_of(b)}`")  # fmt: skip
+                                write(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
 
     def _text_of(self, node: tree.Expression) -> str:
         return self.place.source.text[node.span.start : node.span.end]
@@ -149,7 +150,7 @@ class Binder:
             return
         name, given = (self._text_of(operand) for operand in value.operands[:2])
         if constructor.field(name) is not None:
-            problem, help = f"expected `=` after `{name}`, found `==`", f"write `{name} = {given}`"
+            problem, help = f"expected `=` after `{name}`, found `==`", write(f"{name} = {given}")
             raise self.place.fail("E106", value.span, problem, "a comparison", help)
 
     def _field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
@@ -171,7 +172,7 @@ class Binder:
                             self._field_hint(constructor, argument.name))  # fmt: skip
         return field
 
-    def _field_hint(self, constructor: Constructor, name: str) -> str:
+    def _field_hint(self, constructor: Constructor, name: str) -> str | Remedy:
         if name in aliases.MODULI and constructor.field("young"):
             return f"`{constructor.name}` takes `young` and `poisson`: {aliases.MODULI[name]}"
         meant = self._meant(constructor, name)
@@ -179,10 +180,10 @@ class Binder:
         if field is None:
             return self._listing(constructor)
         if nearest(name, [field.name]):
-            return f"did you mean `{field.name}`?"
+            return did_you_mean(field.name)
         if name in aliases.CONVERTED:
             return f"there is `{field.name}`, which is {aliases.CONVERTED[name]}: {field.doc}"
-        return f"the field is called `{field.name}`: {field.doc}"
+        return Remedy(f"the field is called `{field.name}`: {field.doc}", Fix(field.name))
 
     @staticmethod
     def _listing(constructor: Constructor) -> str:
@@ -208,7 +209,7 @@ class Binder:
         """The field that a wrong name stands for: by what other programs call it, or by its letters."""
         names = [f.name for f in constructor.fields]
         meant = aliases.SYNONYMS.get(name) or aliases.SYNONYMS.get(name.lower())
-        return meant if meant in names else nearest(name, names)
+        return meant if meant in names else slip(name, names)
 
     @staticmethod
     def unit_hint(field: Field) -> str:
@@ -330,7 +331,7 @@ class Binder:
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
             word = "yes" if node.text.lower() in ("true", "on") else "no"
-            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", f"write `{word}`")
+            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
         raise self.wrong(field, node, place)
 
     def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
@@ -341,11 +342,12 @@ class Binder:
             return word
         if word in field.options:
             raise place.fail(
-                "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", f"write `{word}`"
+                "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", write(word)
             )
         meant = aliases.CHOICES.get(word)
-        close = meant if meant in field.options else nearest(word, field.options)
-        hint = (f"did you mean `{close}`? " if close else "") + f"`{field.name}` is {field.expected}"
+        close = meant if meant in field.options else slip(word, field.options)
+        due = f"`{field.name}` is {field.expected}"
+        hint = did_you_mean(close, more=f" {due}") if close else due
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
     def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
@@ -366,9 +368,10 @@ class Binder:
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
         if os.path.isdir(path):
             raise place.fail("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
-        hint = "paths are relative to the scene's own folder"
+        hint: str | Remedy = "paths are relative to the scene's own folder"
         if close:
-            hint = f"did you mean `{Path(name).with_name(close).as_posix()}`?"
+            meant = Path(name).with_name(close).as_posix()
+            hint = did_you_mean(meant, f'"{meant}"')
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:
@@ -379,7 +382,7 @@ class Binder:
         if name in known:
             return name
         close = nearest(name, known)
-        hint = f"did you mean `{close}`?" if close else "`dsl list data` names them"
+        hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` names them"
         raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
@@ -389,7 +392,8 @@ class Binder:
             case tree.Unary(operator="+" | "-" as sign, operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
                 return _unit(axis, -1.0 if sign == "-" else 1.0)
             case tree.Name() if node.text in aliases.DIRECTIONS:
-                hint = f"directions are named by coordinates: {aliases.DIRECTIONS[node.text]}"
+                low, usual = node.text.lower(), aliases.DIRECTIONS[node.text]
+                hint = Remedy(f"directions are named by coordinates: {usual}", Fix(low) if low in "xyz" else None)
                 found = f"the name `{node.text}`"
                 raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
@@ -440,7 +444,7 @@ class Binder:
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
-                             f"write `{node.value}`, without quotes")  # fmt: skip
+                             write(node.value, ", without quotes"))  # fmt: skip
         if isinstance(node, tree.String):
             known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
             hint = f"names stand without quotes; declared {schema.plural(field.kind)}: {known}"
@@ -478,20 +482,15 @@ class Binder:
     def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
-            raise place.fail(
-                "E207",
-                node.span,
-                "expected an element, found a text",
-                "a text",
-                f"write `{node.value}`, without quotes",
-            )
+            raise place.fail("E207", node.span, "expected an element, found a text", "a text",
+                             write(node.value, ", without quotes"))  # fmt: skip
         if not isinstance(node, tree.Name):
             raise self.wrong(field, node, place)
         if node.text in elements:
             return node.text
         meant = aliases.CELLS.get(node.text)
-        close = meant if meant in elements else nearest(node.text, elements)
-        hint = f"did you mean `{close}`?" if close else "elements: " + ", ".join(elements)
+        close = meant if meant in elements else slip(node.text, elements)
+        hint = did_you_mean(close) if close else "elements: " + ", ".join(elements)
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 
 

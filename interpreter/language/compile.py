@@ -13,15 +13,16 @@ from pathlib import Path
 from typing import Any
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, overrides, parameters, schema, sources
 from softmark.interpreter.language.calls import Binder
+from softmark.interpreter.language.elsewhere import meaning, slip
 from softmark.interpreter.language.expectations import Expectations
 from softmark.interpreter.language.expressions import Bad, Place, describe
 from softmark.interpreter.language.message_limit import Ledger
 from softmark.interpreter.language.overrides import Override
-from softmark.interpreter.language.scene import Declared, Expectation, Location, Scene, SceneError
+from softmark.interpreter.language.scene import Declared, Expectation, Location, Made, Scene, SceneError
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import Module, ModuleTable, Symbol
@@ -67,7 +68,7 @@ def _recompiled(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> t
     varied = tuple(o.text for o in more)
     texts = (*scene.overrides, *varied)
     given = overrides.read(scene.overrides, diagnostics) + added
-    other, found = _compiled(table, scene.path, given, diagnostics, texts)
+    other, found = _compiled(table, scene.path, given, diagnostics, texts, scene.made)
     other = replace(other, chosen=scene.chosen, varied=scene.varied + varied)
     return _as(scene.state, other), found
 
@@ -100,28 +101,33 @@ def restored(
 
 
 def _compiled(
-    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...]
-) -> tuple[Scene, list[Diagnostic]]:
-    scope = Scope(table)
+    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...],
+    known: Made | None = None,
+) -> tuple[Scene, list[Diagnostic]]:  # fmt: skip
+    scope = Scope(table, known=known)
     compiler = Compiler(scope, {})
     main = table.modules[0]
     title = ""
     with diagnostics.bounded():
         compiler.replaced = overrides.assigned(given, table)
+        scope.touched = frozenset(n for name in compiler.replaced for n in (name, name.rpartition(".")[0]))
         title = _title(main)
         if not diagnostics.full:
             parameters.evaluate(scope, compiler.replaced)
             compiler.run()
+    values = {n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None}
+    declared = {n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None}
     scene = Scene(
         title=title,
         source=main.source,
         path=path,
-        parameters={n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None},
-        declared={n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None},
+        parameters=values,
+        declared=declared,
         expectations=tuple(compiler.expectations),
         overrides=texts,
         unused=_unused(scope),
         table=table,
+        made=None if diagnostics else Made(values, declared, scope.needs),
     )
     return scene, diagnostics.closed()
 
@@ -157,17 +163,18 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
     kinds = (*vocabulary, *STATEMENTS)
     meant = aliases.WORDS.get(node.kind, node.kind)
     made = next((c.kind for c in vocabulary.find(meant)), None)
-    close = meant if meant in kinds else nearest(node.kind, kinds)
+    close = meant if meant in kinds else slip(node.kind, kinds)
     if made:
-        hint = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        hint: str | Remedy = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
     else:
-        hint = f"did you mean `{close}`?" if close else "kinds of declarations: " + ", ".join(kinds)
+        known = meaning(node.kind) or "kinds of declarations: " + ", ".join(kinds)
+        hint = did_you_mean(close) if close else known
     place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
 
 
 @dataclass
 class Compiler:
-    """Builds declarations, each after those that it refers to."""
+    """Builds declarations, each after those that it refers to; what was made before and is the same, it takes."""
 
     scope: Scope
     replaced: Mapping[str, Override]  # by parameter, or by `declared.field`
@@ -206,10 +213,14 @@ class Compiler:
                 f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
                 "declare what others refer to before them",
             )  # fmt: skip
+        if self.scope.known is not None and self.scope.same(full):
+            self.declared[full] = made = self.scope.known.declared[full]
+            return made
         self.declared[full] = None
         self._open.append(full)
         try:
-            self.declared[full] = made = self._declaration(full, symbol)
+            with self.scope.following(full):
+                self.declared[full] = made = self._declaration(full, symbol)
         finally:
             self._open.pop()
         return made
@@ -235,7 +246,7 @@ class Compiler:
         """`material soft = tissue.liver`: another name for the same thing."""
         known = module.prefix + name.text in self.table.symbols
         known_words = self.table.vocabulary[node.kind]
-        close = name.text if name.text in known_words else nearest(name.text, known_words)
+        close = name.text if name.text in known_words else slip(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
             raise module.place.fail(
                 "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from softmark.grammar import layout, tree
+from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import Condition, Term
 from softmark.interpreter.language.expressions import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
@@ -27,11 +28,11 @@ def selection(node: tree.Expression, evaluator: Evaluator, named: Named = lambda
             return _comparison(node, evaluator)
         case tree.Name() if isinstance(region := named(node), Condition):
             return region
-    help = "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`"
+    help: str | Remedy = "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`"
     if isinstance(node, tree.Name) and node.text in COORDINATES:
         help = f"compare it with a length: `{node.text} <= 0 mm`"
     elif isinstance(node, tree.Name) and isinstance(meant := named(node), str):
-        help = f"did you mean the region `{meant}`?"
+        help = Remedy(f"did you mean the region `{meant}`?", Fix(meant))
     found = describe(node)
     raise evaluator.place.fail(
         "E207", node.span, f"expected a condition on the coordinates, found {found}", found, help

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import Fix, Remedy, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value, before_at, describe
@@ -80,9 +81,9 @@ class Expectations:
                                   "not computed here",
                                   "declare the model in this scene")  # fmt: skip
         close = nearest(name.parts[0], self._own(*OWNERS))
-        hint = f"models and references: {self._known(*OWNERS)}"
+        hint: str | Remedy = f"models and references: {self._known(*OWNERS)}"
         if close:
-            hint = f"did you mean `{'.'.join((close, *name.parts[1:]))}`?"
+            hint = did_you_mean(".".join((close, *name.parts[1:])))
         raise self.place.fail("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
     def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
@@ -147,7 +148,9 @@ class Expectations:
             example = f"{owners[0] if owners else 'model'}.{name.text}"
             return self.place.fail("E216", name.span,
                                    f"the metric `{name.text}` stands alone, without a model",
-                                   "of which model?", f"for example `{example}`")  # fmt: skip
+                                   "of which model?",
+                                   Remedy(f"for example `{example}`", Fix(example) if len(owners) == 1 else None),
+                                   )  # fmt: skip
         if kind:
             problem = f"expected a number, found the {kind} `{name.text}`"
             remedy = f"expect something of a metric of a model, such as `{example}`"
@@ -174,7 +177,7 @@ class Expectations:
         if self.compiler.table.is_broken(metric):
             return Bad()
         close = nearest(metric, self._own("metric"))
-        hint = f"did you mean `{owner}.{close}`?" if close else f"metrics: {self._known('metric')}"
+        hint = did_you_mean(f"{owner}.{close}") if close else f"metrics: {self._known('metric')}"
         found, problem = self._kinds.get(metric), f"there is no metric `{metric}`"
         if found:
             problem = f"`{metric}` is {schema.article(found)} {found}, not a metric"

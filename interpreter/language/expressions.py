@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Second, Source
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Second, Source, did_you_mean, remedied
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language import aliases, schema, units
@@ -54,10 +54,13 @@ class Place:
     diagnostics: list[Diagnostic]
 
     def fail(
-        self, code: str, span: Span, message: str, label: str = "", help: str = "", also: tuple[Second, ...] = ()
-    ) -> Bad:
+        self, code: str, span: Span, message: str, label: str = "", help: str | Remedy = "",
+        also: tuple[Second, ...] = (),
+    ) -> Bad:  # fmt: skip
         """Record an error; the caller raises what this returns."""
-        self.diagnostics.append(Diagnostic(code, message, self.source, span, label, help, also=also))
+        remedy = remedied(help)
+        found = Diagnostic(code, message, self.source, span, label, remedy.help, also=also, fix=remedy.fix)
+        self.diagnostics.append(found)
         return Bad(message)
 
 
@@ -136,7 +139,9 @@ class Evaluator:
         try:
             return units.parse(unit.text)
         except units.UnitError as error:
-            raise self.place.fail("E209", unit.span, error.problem, help=error.remedy) from None
+            meant = error.mended(unit.text)
+            remedy = Remedy(error.remedy, Fix(meant) if meant else None)
+            raise self.place.fail("E209", unit.span, error.problem, help=remedy) from None
 
     def _number(self, node: tree.Number) -> Quantity:
         if node.unit is None:
@@ -280,7 +285,7 @@ class Evaluator:
                 listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
         close = None if name in aliases.FUNCTIONS else nearest(name, all_functions)
-        hint = f"did you mean `{close}`?" if close else aliases.FUNCTIONS.get(name) or listed
+        hint = did_you_mean(close) if close else aliases.FUNCTIONS.get(name) or listed
         return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def alike(self, node: tree.Call, dimensions: Sequence[Dimension]) -> None:

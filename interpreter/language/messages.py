@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import Diagnostic
+from softmark.grammar.diagnostic import Diagnostic, Remedy, remedied
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Location
 
 
 def diagnostic(
-    code: str, at: Location, message: str, label: str = "", help: str = "", notes: tuple[str, ...] = ()
+    code: str, at: Location, message: str, label: str = "", help: str | Remedy = "", notes: tuple[str, ...] = ()
 ) -> Diagnostic:
     """A message at a place: `label` stands under it, `help` says what to do, `notes` what else there is to know."""
-    return Diagnostic(code, message, at.source, at.span, label, help, notes)
+    remedy = remedied(help)
+    return Diagnostic(code, message, at.source, at.span, label, remedy.help, notes, fix=remedy.fix)

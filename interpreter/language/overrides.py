@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source, encodable
+from softmark.grammar.diagnostic import Diagnostic, Source, did_you_mean, encodable
 from softmark.grammar.parse import parse_expression
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema
@@ -117,7 +117,7 @@ def _unknown(override: Override, table: ModuleTable) -> None:
     if close is None and (meant := nearest(owner, table.symbols)) is not None:
         close = f"{meant}.{field}"
     listed = ", ".join(parameters) or "none"
-    hint = f"did you mean `{close}`?" if close else f"parameters of the scene: {listed}"
+    hint = did_you_mean(close) if close else f"parameters of the scene: {listed}"
     override.place.fail(
         "E201", override.name_span, f"`{override.name}` is not a parameter of the scene", "not found", hint
     )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import field
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import Bad, Place, Value, components, words
 from softmark.interpreter.language.overrides import Override
@@ -17,16 +19,16 @@ from softmark.records import dataclass
 
 def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:
     """Fill in `scope.parameters`; what is in error is reported and None there."""
+    if scope.known is not None:
+        scope.parameters |= {full: value for full, value in scope.known.parameters.items() if scope.same(full)}
     order = _Order(scope, replaced)
     for full in order.run():
         symbol = scope.table.symbols[full]
         scope.parameters[full] = None
         if full in order.circular or not isinstance(symbol.node, tree.Param):
             continue
-        try:
+        with suppress(Bad), scope.following(full):
             scope.parameters[full] = _Evaluation(scope, full, symbol, symbol.node, replaced.get(full)).run()
-        except Bad:
-            continue
 
 
 # ------------------------------------------------------------------ the order
@@ -34,7 +36,7 @@ def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:
 
 @dataclass
 class _Order:
-    """Depth-first search without recursion, so that no chain of parameters is too long."""
+    """Depth-first search without recursion, so that no chain of parameters is too long; what is known is done."""
 
     scope: Scope
     replaced: Mapping[str, Override]
@@ -44,7 +46,7 @@ class _Order:
         """Full names of all parameters, each after those it depends on; circles are reported."""
         done: dict[str, None] = {}
         for name, symbol in self.scope.table.symbols.items():
-            if isinstance(symbol.node, tree.Param) and name not in done:
+            if isinstance(symbol.node, tree.Param) and name not in done and name not in self.scope.parameters:
                 self._search(name, done)
         return list(done)
 
@@ -59,7 +61,7 @@ class _Order:
                 done[last] = None
             elif need.full in entered:
                 self._report([name for name, _ in path], need)
-            elif need.full not in done:
+            elif need.full not in done and need.full not in self.scope.parameters:
                 path.append((need.full, self._needs(need.full)))
                 entered.add(need.full)
 
@@ -153,9 +155,11 @@ class _Evaluation:
                 raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:
+            own = place.source.text
+            turned = f"{own[high.span.start : high.span.end]} .. {own[low.span.start : low.span.end]}"
             raise place.fail("E214", tree.between(low.span, high.span),
                              "the range is empty: its lower end is above its upper end",
-                             "the larger one first", "write `in LOW .. HIGH`")  # fmt: skip
+                             "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
         return schema.Interval(ends[0], ends[1], False, False)
 
     def _in_range(self, value: Value, interval: schema.Interval | None, node: tree.Expression, place: Place) -> None:

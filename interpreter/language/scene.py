@@ -95,6 +95,18 @@ class Expectation:
 
 
 @dataclass(frozen=True)
+class Made:
+    """What was made of texts without an error: a variation of them makes again only what it touches.
+
+    `needs` has the names that a declaration refers to, with those that these refer to.
+    """
+
+    parameters: Mapping[str, Parameter]
+    declared: Mapping[str, Declared]
+    needs: Mapping[str, frozenset[str]]
+
+
+@dataclass(frozen=True)
 class Scene:
     """Everything that a scene declares, in the order of its text; names from `use` have their prefix."""
 
@@ -109,6 +121,7 @@ class Scene:
     table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
     varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
+    made: Made | None = field(default=None, repr=False, compare=False)  # None of one with errors
     state: int | None = None  # which state of its analysis it is in (`states.py`); None of all, or of the only one
 
     @property
@@ -159,13 +172,25 @@ class Scene:
 
 
 class SceneError(Exception):
-    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it."""
+    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it.
+
+    Its text is what a terminal shows; IPython and Jupyter show that and no traceback.
+    """
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
-        from softmark.grammar.diagnostic import render
-
         self.diagnostics = diagnostics
-        super().__init__("\n" + render(diagnostics, colour=False))
+        super().__init__(self._shown(colour=False))
+
+    def _shown(self, colour: bool) -> str:
+        """How many there are and where to read more, and then each."""
+        from softmark.grammar.diagnostic import render, summary
+
+        more = f"; more: dsl explain {self.diagnostics[0].code}" if self.diagnostics else ""
+        return f"{summary(self.diagnostics)}{more}\n\n{render(self.diagnostics, colour)}"
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows in place of a traceback."""
+        return [self._shown(colour=True) if self.diagnostics else f"{type(self).__name__}: {self}"]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.diagnostics,)

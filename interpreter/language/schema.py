@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from importlib import import_module
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -173,7 +174,11 @@ class Constructor:
 
     def field(self, name: str) -> Field | None:
         """The field that scenes call `name`."""
-        return next((f for f in self.fields if f.name == name), None)
+        return self._named.get(name)
+
+    @cached_property
+    def _named(self) -> dict[str, Field]:
+        return {f.name: f for f in self.fields}
 
 
 REMEDY = "mend the plugin; `dsl conformance` tries all of it"

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from softmark.grammar import tree
+from softmark.grammar.diagnostic import Remedy, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import schema, units
 from softmark.interpreter.language.expressions import COORDINATES, Bad, Evaluator, Place, Value
-from softmark.interpreter.language.scene import Parameter
+from softmark.interpreter.language.scene import Made, Parameter
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.sources import Module, ModuleTable, Symbol
 
@@ -23,7 +25,29 @@ class Scope:
     table: ModuleTable
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
     used: set[str] = field(default_factory=set)  # full names that something refers to
+    needs: dict[str, frozenset[str]] = field(default_factory=dict)  # by name, all those that its meaning follows from
+    known: Made | None = None  # what was made of the same texts before, with other overrides
+    touched: frozenset[str] = frozenset()  # of what was made, what means something else now: it is overridden
     _hints: int = 0  # unknown names so far
+
+    @contextmanager
+    def following(self, full: str) -> Iterator[None]:
+        """What is referred to within is what a name needs."""
+        others, self.used = self.used, set()
+        try:
+            yield
+        finally:
+            own, self.used = self.used, others
+            self.used |= own
+            self.needs[full] = frozenset(own).union(*(self.needs.get(name, ()) for name in own))
+
+    def same(self, full: str) -> bool:
+        """Whether a name means what it meant before: neither it nor anything that it needs is touched."""
+        if self.known is None or full in self.touched or not self.touched.isdisjoint(self.known.needs[full]):
+            return False
+        self.needs[full] = needs = self.known.needs[full]
+        self.used |= needs
+        return True
 
     def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
         """Evaluates text of a module; `place` differs for overrides."""
@@ -66,14 +90,14 @@ class Scope:
             if n.startswith(module.prefix) and _kind(s) in wanted
         ]  # fmt: skip
 
-    def _hint(self, name: tree.Name, module: Module, kind: str) -> str:
+    def _hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
         self._hints += 1
         if self._hints > MOST_HINTS:  # finding a similar name among thousands takes its time
             return ""
         fitting = self.names(module, [kind or "param"])
         everything = self.names(module, ["param", *self.table.vocabulary])
         if close := nearest(name.text, fitting) or nearest(name.text, everything):
-            return f"did you mean `{close}`?"
+            return did_you_mean(close)
         word = _word(self.table.vocabulary, name.text, kind)
         return self._dotted(name, module) or word or _advice(name, kind, fitting)
 

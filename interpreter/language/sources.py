@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.parse import parse
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
@@ -253,7 +253,7 @@ def _used(node: tree.Use, path: Path, shown: str) -> Source:
     return read(path, shown)
 
 
-def _remedy(node: tree.Use, path: Path, missing: Missing) -> str:
+def _remedy(node: tree.Use, path: Path, missing: Missing) -> str | Remedy:
     if missing.remedy:
         return missing.remedy
     known = [f"std/{p.relative_to(ROOT).as_posix()}" for p in sorted(ROOT.rglob(f"*{SUFFIX}"))]
@@ -261,7 +261,7 @@ def _remedy(node: tree.Use, path: Path, missing: Missing) -> str:
         known += [str(Path(node.path).with_name(p.name)) for p in sorted(path.parent.glob(f"*{SUFFIX}"))]
     close = nearest(node.path, known)
     if close:
-        return f"did you mean `{close}`?"
+        return did_you_mean(close, f'"{close}"')
     return "paths are relative to the scene's own folder; `std/` is the standard library"
 
 

@@ -6,6 +6,7 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from softmark.grammar import layout, tree
+from softmark.grammar.diagnostic import write
 from softmark.grammar.tree import Expression, Span
 from softmark.interpreter.language import overrides, units
 from softmark.interpreter.language.expressions import Bad, Place
@@ -53,7 +54,7 @@ def target(binder: Binder, field: Field, node: tree.Expression, place: Place, wr
 def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
     """What a stability study walks. Raises Bad, after all of its items were looked at."""
     if not isinstance(node, tree.List) or node.unit is not None:
-        help = f"write `[{layout.flat(node)}]`" if isinstance(node, tree.Name) else field.meaning
+        help = write(f"[{layout.flat(node)}]") if isinstance(node, tree.Name) else field.meaning
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
     if not node.items:
         raise place.fail("E512", node.span, "the study walks nothing", "an empty list",

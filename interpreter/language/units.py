@@ -97,11 +97,20 @@ NAMES: dict[Dimension, tuple[str, str]] = {
 
 
 class UnitError(Exception):
-    """A unit that cannot be read; `problem` says why, `remedy` what to write."""
+    """A unit that cannot be read; `problem` says why, `remedy` what to write.
 
-    def __init__(self, problem: str, remedy: str) -> None:
+    `wrong` and `meant` are the part of it that is to be replaced, and with what, where that is known.
+    """
+
+    def __init__(self, problem: str, remedy: str, wrong: str = "", meant: str = "") -> None:
         super().__init__(problem)
-        self.problem, self.remedy = problem, remedy
+        self.problem, self.remedy, self.wrong, self.meant = problem, remedy, wrong, meant
+
+    def mended(self, text: str) -> str:
+        """The text of the unit as it was meant; empty where that is not known."""
+        if not self.meant:
+            return ""
+        return re.sub(rf"(?<![^\W\d_]){re.escape(self.wrong)}(?![^\W\d_])", self.meant, text)
 
 
 @dataclass(frozen=True)
@@ -194,10 +203,12 @@ def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
         named = operator == "*" and re.fullmatch(r"[A-Za-z_]\w*", symbol)
         if named and symbol not in _MEANT and not _known(symbol):
             first, _, rest = whole.partition(f"*{part}")
-            remedy = f"if `{symbol}` is a name, put blanks around `*`: `{first} * {part}{rest}`"
+            meant = f"{first} * {part}{rest}"
+            wrong, remedy = whole, f"if `{symbol}` is a name, put blanks around `*`: `{meant}`"
             if nearest(symbol, _common()):
-                remedy = f"{_hint(symbol)}; {remedy}"
-            raise UnitError(f"`{symbol}` in `{whole}` is not a known unit", remedy)
+                hint, meant = _hint(symbol)
+                wrong, remedy = symbol, f"{hint}; {remedy}"
+            raise UnitError(f"`{symbol}` in `{whole}` is not a known unit", remedy, wrong, meant)
 
 
 def _factor(part: str, whole: str) -> Measure:
@@ -222,7 +233,7 @@ def _unreadable(whole: str, part: str = "") -> UnitError:
         )
     meant = re.sub(r"([^\W\d_])(-?\d+)(?=$|[*/)])", r"\1^\2", whole.translate(_RAISED))
     if meant != whole and _known(meant):
-        return UnitError(f"`{whole}` is not a unit", f"write `{meant}`")
+        return UnitError(f"`{whole}` is not a unit", f"write `{meant}`", whole, meant)
     return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
 
 
@@ -259,7 +270,8 @@ def _simple(symbol: str, whole: str) -> Measure:
         factor, dimension, _ = UNITS[rest]
         return Measure(PREFIXES[prefix] * factor, dimension)
     place = f"`{symbol}`" if symbol == whole else f"`{symbol}` in `{whole}`"
-    raise UnitError(f"{place} is not a known unit", _hint(symbol))
+    hint, meant = _hint(symbol)
+    raise UnitError(f"{place} is not a known unit", hint, symbol, meant)
 
 
 # what people write instead, and what is meant
@@ -281,18 +293,19 @@ _MEANT = {
 }  # fmt: skip
 
 
-def _hint(symbol: str) -> str:
+def _hint(symbol: str) -> tuple[str, str]:
+    """What to say of a symbol that is no unit, and the unit that was meant; empty where that is not known."""
     if symbol in ("C", "degC", "°C", "F", "degF", "°F"):
-        return "temperatures are in `K`: 20 °C are 293.15 K"
+        return "temperatures are in `K`: 20 °C are 293.15 K", ""
     if symbol in _MEANT:
-        return f"write `{_MEANT[symbol]}`"
+        return f"write `{_MEANT[symbol]}`", _MEANT[symbol]
     folded = [u for u in _common() if u.lower() == symbol.lower()]
     if folded:
         least = min(folded, key=lambda u: sum(a != b for a, b in zip(u, symbol, strict=True)))
-        return f"write `{least}`: upper and lower case differ in units"
+        return f"write `{least}`: upper and lower case differ in units", least
     if close := nearest(symbol, (*_common(), *_MEANT)):
-        return f"did you mean `{_MEANT.get(close, close)}`?"
-    return "units look like `kPa`, `kg/m^3` or `N*m`; `dsl list units` shows them all"
+        return f"did you mean `{_MEANT.get(close, close)}`?", _MEANT.get(close, close)
+    return "units look like `kPa`, `kg/m^3` or `N*m`; `dsl list units` shows them all", ""
 
 
 @lru_cache(maxsize=1)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-from softmark.grammar.diagnostic import Diagnostic
+from softmark.grammar.diagnostic import Diagnostic, Remedy
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
@@ -28,7 +28,7 @@ class Fault(Exception):
         self.diagnostic = diagnostic
 
 
-def fault(code: str, at: Location, message: str, label: str = "", help: str = "") -> Fault:
+def fault(code: str, at: Location, message: str, label: str = "", help: str | Remedy = "") -> Fault:
     """A Fault at a place of the scene."""
     return Fault(diagnostic(code, at, message, label, help))
 

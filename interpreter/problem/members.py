@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.grammar.diagnostic import Remedy, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language.conditions import Condition
 from softmark.interpreter.language.scene import Declared
@@ -79,6 +80,9 @@ def _found(of: str, mesh: Mesh, name: str) -> Mask:
 # ------------------------------------------------------------------ what may be wrong with them
 
 
+NAMELESS = "it names none: physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, whole numbers on cells of VTU do"
+
+
 def check(regions: Iterable[Declared], mesh: Mesh) -> None:
     """Refuse regions that a mesh does not have, or not as they are used. Raises Fault."""
     for region in regions:
@@ -93,10 +97,10 @@ def _has(region: Declared, mesh: Mesh) -> None:
     listed = [f"`{n}` ({own.described})" for n, own in list(known.items())[:LISTED]]
     more = [f"and {len(known) - LISTED} more"] if len(known) > LISTED else []
     close = nearest(name, list(known))
-    meant = f"did you mean `{close}`? " if close else ""
-    help = "it names none: physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, whole numbers on cells of VTU do"
+    help: str | Remedy = NAMELESS
     if known:
-        help = f"{meant}groups of the file: {', '.join([*listed, *more])}"
+        groups = f"groups of the file: {', '.join([*listed, *more])}"
+        help = did_you_mean(close, f'"{close}"', f" {groups}") if close else groups
     problem = f"the mesh of `{region.thing.body}` has no group `{name}`"
     raise fault("E324", region.at("name"), problem, "not in the file", help)
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
 from softmark.interpreter.language.profiles import Profile
 from softmark.solvers.materials.isotropic import constants
 from softmark.solvers.materials.varying import with_constants
+from softmark.solvers.mesh.combined import stamp
 
 ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
 ORDINARY = 0.3  # Poisson's ratio
@@ -48,7 +50,18 @@ def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], fl
     """Places of a body, and the constant there; none where only a file tells."""
     if shape.bounds is None or profile.fields:
         return
+    yield from _values(profile, shape, stamp(shape))
+
+
+# Each constant is asked for by several checks, and again when a scene is edited elsewhere.
+
+
+@lru_cache(maxsize=32)
+def _values(profile: Profile, shape: Any, files: Any) -> tuple[tuple[tuple[float, ...], float], ...]:
+    return tuple((place, profile.value(place)) for place in _places(shape, files))
+
+
+@lru_cache(maxsize=16)
+def _places(shape: Any, files: Any) -> tuple[tuple[float, ...], ...]:
     axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(*shape.bounds, strict=True))
-    for place in product(*axes):
-        if shape.contains(place):
-            yield place, profile.value(place)
+    return tuple(place for place in product(*axes) if shape.contains(place))

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results import prompt
 from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
 from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, Curve, curve_of
@@ -75,6 +76,9 @@ class ProbeResult:
     times: NDArray[np.float64] | None = None
     course: NDArray[np.float64] | None = None
     triangles: NDArray[np.int64] | None = None
+
+    def __repr__(self) -> str:
+        return prompt.probed(self)
 
     @property
     def position(self) -> NDArray[np.float64]:
@@ -170,6 +174,9 @@ class SeenCurve:
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     known: NDArray[np.float64] | None = None
 
+    def __repr__(self) -> str:
+        return prompt.drawn(self)
+
     def to_json(self) -> dict[str, Any]:
         """As lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
@@ -197,6 +204,9 @@ class MetricResult:
     curve: SeenCurve | None = None
     doubt: str | None = None  # why what it is of, or measured from, may be no truth here
     states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
+
+    def __repr__(self) -> str:
+        return prompt.measured(self)
 
     @property
     def meaningful(self) -> bool:
@@ -250,6 +260,10 @@ class ModelResult:
     constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+    kept: str = ""  # when it was computed (UTC), of one that was taken over from an earlier run
+
+    def __repr__(self) -> str:
+        return prompt.outcome(self)
 
     def curve(self, metric: str) -> Curve:
         """A metric from state to state. Raises KeyError for one that it does not have."""
@@ -271,6 +285,7 @@ class ModelResult:
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
         own |= {"contacts": clean(self.contacts)} if self.contacts else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
+        own |= {"kept": self.kept} if self.kept else {}
         return own | _in_each(self.states, self.each)
 
 
@@ -322,6 +337,10 @@ class ReferenceResult:
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
     means: str = ""  # of a theory: by what it was solved
+    kept: str = ""  # when it was found (UTC), of one that was taken over from an earlier run
+
+    def __repr__(self) -> str:
+        return prompt.outcome(self)
 
     @property
     def about(self) -> str:
@@ -345,6 +364,7 @@ class ReferenceResult:
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": _measured(self.metrics, self.states),
             **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
+            **({"kept": self.kept} if self.kept else {}),
             **_in_each(self.states, self.each),
         }
 
@@ -361,6 +381,7 @@ class ExpectationResult:
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
     states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
+    about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
 
     @property
     def verdict(self) -> str:
@@ -370,7 +391,7 @@ class ExpectationResult:
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of an expectation."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
-        own["verdict"] = self.verdict
+        own |= {"verdict": self.verdict, "unit": self.unit or None}
         own |= {"states": list(self.states)} if self.states else {}
         return own if self.reason is None else {**own, "reason": self.reason}
 
@@ -397,6 +418,9 @@ class Report:
     warnings: tuple[Warned, ...]
     partial: bool = False
     names: Names = field(default_factory=Names)
+
+    def __repr__(self) -> str:
+        return prompt.told(self)
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:

@@ -111,12 +111,12 @@ class Combined(Enclosed):
 
     def closed(self, size: float | None = None) -> Closed:
         """Its surface, of facets for cells of a size (m). Raises UnreadableMesh."""
-        return _closed(self, _stamp(self), self.fineness(size))
+        return _closed(self, stamp(self), self.fineness(size))
 
     def halved(self, size: float) -> tuple[Closed, Closed]:
         """Its surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
-        here, stamp = self.fineness(size), _stamp(self)
-        return _closed(self, stamp, here), _closed(self, stamp, here, 1)
+        here, now = self.fineness(size), stamp(self)
+        return _closed(self, now, here), _closed(self, now, here, 1)
 
     def missed(self, size: float) -> float:
         """Of its volume, what the facets miss, m^3: by such facets halved, which miss a fourth."""
@@ -126,7 +126,7 @@ class Combined(Enclosed):
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
         least = smallest(size, graded)
-        return _filled(self, _stamp(self), self.fineness(least), size, self.near(least), graded)
+        return _filled(self, stamp(self), self.fineness(least), size, self.near(least), graded)
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its surface, outward. Raises UnreadableMesh."""
@@ -189,10 +189,10 @@ def _beside(one: Bounds | None, other: Bounds | None, touching: bool = False) ->
     return min(common) < -slack or sum(gap <= slack for gap in common) > touching
 
 
-def _stamp(shape: Shape) -> Any:
+def stamp(shape: Shape) -> Any:
     """What changes when a file of one of them does."""
     if isinstance(shape, Combined):
-        return tuple(_stamp(own) for own in shape.pair)
+        return tuple(stamp(own) for own in shape.pair)
     return seen(shape.file) if shape.file else None
 
 
@@ -207,7 +207,7 @@ def _triangles(shape: Shape, facets: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _closed(shape: Combined, stamp: Any, facets: float, halved: int = 0) -> Closed:
+def _closed(shape: Combined, files: Any, facets: float, halved: int = 0) -> Closed:
     from softmark.solvers.mesh.combining import combined, too_many
 
     if (count := _triangles(shape, facets)) > MANY:
@@ -220,7 +220,7 @@ def _skin(shape: Shape, facets: float, halved: int) -> Surface:
     from softmark.solvers.mesh.combining import halves
 
     if isinstance(shape, Combined):
-        surface = _closed(shape, _stamp(shape), shape.facets or facets, halved)
+        surface = _closed(shape, stamp(shape), shape.facets or facets, halved)
         return surface.points, surface.triangles
     if not shape.sides:
         return shape.surface(facets if shape.prebuilt or isinstance(shape, Filled) else shape.diagonal)
@@ -233,8 +233,8 @@ def _skin(shape: Shape, facets: float, halved: int) -> Surface:
 
 @lru_cache(maxsize=8)
 def _filled(
-    shape: Combined, stamp: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
+    shape: Combined, files: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
 ) -> FilledMesh:
     from softmark.solvers.mesh.filling import filled
 
-    return filled(_closed(shape, stamp, facets), size, tolerance, graded)
+    return filled(_closed(shape, files, facets), size, tolerance, graded)

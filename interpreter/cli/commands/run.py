@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
     from softmark.interpreter.cli.commands.report_folder import Shelf
     from softmark.interpreter.results.report import Report
+    from softmark.interpreter.run.kept import Keeper
     from softmark.interpreter.run.options import Text
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]"""
+    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]
+    [--fresh] [--watch]"""
     scene_options(parser)
     parser.add_argument(
         "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
@@ -29,6 +31,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
     stated = "say what error each model states itself, from a finer space over its cells and its own state"
     parser.add_argument("--stated", action="store_true", help=stated)
+    fresh = "compute everything, also what an earlier run in the same folder has found and nothing has changed of"
+    parser.add_argument("--fresh", action="store_true", help=fresh)
+    parser.add_argument("--watch", action="store_true", help="run again whenever the scene or a file of it is saved")
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
 
@@ -42,6 +47,10 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
     """Run the scene, or what `reading` gives; the exit status is that of its report. `reading` may raise Unread."""
     from softmark.interpreter.cli.commands.progress import Progress
 
+    if reading is None and parsed.watch:
+        from softmark.interpreter.cli.commands.watching import watch
+
+        return watch(parsed)
     progress = Progress(sys.stderr)
     progress.say("start", f"running {parsed.file}")  # before anything is imported or read
     try:
@@ -67,7 +76,7 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
                       free=True, beside=True)  # fmt: skip
     try:
         text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
-        report = report_of(text, options)
+        report = report_of(text, options, None if reading else _keeper(parsed, shelf, progress))
     except Unread as unread:
         warn([unread.diagnostic])
         return 2
@@ -89,6 +98,18 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
         raise
     progress.clear()
     return _shown(report, parsed, shelf)
+
+
+def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Keeper:
+    """What knows the results of earlier runs; meshes, which `--vtu` writes, are not among them."""
+    from softmark.grammar.diagnostic import visible
+    from softmark.interpreter.study.kept.keeper import Keeper
+
+    def remark(text: str) -> None:
+        progress.clear()
+        print(visible(text), file=sys.stderr)
+
+    return Keeper(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
 
 
 def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:

@@ -132,11 +132,14 @@ def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list
 @lru_cache(maxsize=256)  # of each state, and each check of it, the same is asked again
 def _faces(shape: Shape, where: Condition) -> list[Face]:
     """The faces that a condition selects; none where it selects something else, or nothing."""
-    extent = shape.diagonal
+    extent, about = shape.diagonal, where.axes
     faces: dict[Face, bool] = {}
     inner: list[tuple[Face, ...]] = []
+    known: dict[tuple[float, ...], bool] = {}  # by the coordinates that it is about: of `x <= 0 mm`, nine places
     for point, own in _points(shape):
-        holds = bool(where.holds(*point, extent))
+        place = (0 in about and point[0], 1 in about and point[1], 2 in about and point[2])
+        if (holds := known.get(place)) is None:
+            holds = known[place] = bool(where.holds(*point, extent))
         for face in own:
             faces[face] = faces.get(face, True) and holds
         if holds:
@@ -151,8 +154,13 @@ def _partly(declared: Declared, model: str, why: str) -> Fault:
                  "one material point knows whole faces of the body alone: `where = x <= 0 mm`")  # fmt: skip
 
 
-def _points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+@lru_cache(maxsize=16)
+def _points(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
     """Points all over the body, with the faces that each lies on."""
+    return tuple(_placed(shape))
+
+
+def _placed(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
     assert shape.bounds is not None
     low, high = shape.bounds
     if isinstance(shape, Box):

@@ -1,0 +1,157 @@
+"""What a word means: `textDocument/hover`. Meaning, range, default, and what a quantity is in SI."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+
+from lsprotocol import types
+
+from softmark.grammar.lex import Token
+from softmark.interpreter.dictionary.plain import unit_page, word_page
+from softmark.interpreter.dictionary.words import facts, page
+from softmark.interpreter.editor import markdown
+from softmark.interpreter.editor.document import Document
+from softmark.interpreter.editor.known import declared
+from softmark.interpreter.editor.surroundings import NAMES, Surroundings, around
+from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expressions import Value
+from softmark.interpreter.language.scene import Declared, Parameter
+
+
+def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
+    """What is said of the word at a place, None where that is nothing."""
+    index = _at(document, document.offset(params.position))
+    if index is None:
+        return None
+    token = document.tokens[index]
+    said = _said(document, index, token)
+    if not said:
+        return None
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said), document.range(token.span))
+
+
+def _at(document: Document, offset: int) -> int | None:
+    """The word that an offset is in or at the start of, or else at the end of."""
+    index = bisect_left(document.tokens, offset + 1, key=lambda t: t.start) - 1
+    near = [i for i in (index, index - 1) if i >= 0 and offset <= document.tokens[i].end]
+    return next((i for i in near if document.tokens[i].kind in (*NAMES, "NUMBER", "UNIT")), near[0] if near else None)
+
+
+def _said(document: Document, index: int, token: Token) -> str:
+    if token.kind in ("NUMBER", "UNIT"):
+        return _quantity(document.tokens, index)
+    if token.kind not in NAMES:
+        return markdown.prose(word_page(token.text) or "")
+    here = around(document, token.start)
+    following = document.tokens[index + 1].kind if index + 1 < len(document.tokens) else ""
+    return "" if here is None else _name(here, token.text, following)
+
+
+# ------------------------------------------------------------------ numbers
+
+
+def _quantity(tokens: list[Token], index: int) -> str:
+    """A number with its unit in SI, or what a unit is."""
+    number, unit = (tokens[index], tokens[index + 1 : index + 2]) if tokens[index].kind == "NUMBER" else (None, [])
+    if number is None:
+        unit, before = [tokens[index]], tokens[index - 1] if index else None
+        number = before if before is not None and before.kind == "NUMBER" else None
+    if not unit or unit[0].kind != "UNIT":
+        return ""
+    try:
+        measure = units.parse(unit[0].text)
+    except units.UnitError:
+        return ""
+    if number is None:
+        return markdown.prose(unit_page(unit[0].text) or "")
+    value = float(number.text) * measure.factor
+    said = f"{value:.9g} {units.si(measure.dimension)}".removesuffix(" 1")
+    return f"`{number.text} {unit[0].text}` is {units.named(measure.dimension)}: **{markdown.prose(said)}**"
+
+
+# ------------------------------------------------------------------ names
+
+
+def _name(here: Surroundings, name: str, following: str) -> str:
+    """What a name means where it stands: a kind, a field, a constructor, a choice, or what is declared."""
+    frame = here.frames[-1] if here.frames else None
+    if not here.before and name in CATALOGUE:
+        return _page(name)
+    made = frame.constructor if frame is not None and not frame.value and following == "EQUAL" else None
+    if made is not None and (field := made.field(name)) is not None:
+        return f"`{field.name}` of `{made.name}`: {markdown.prose(field.doc + facts(field))}"
+    if following == "LPAR":
+        return _called(here, name)
+    return _of_field(here, name) or _declared(here.document, name) or markdown.prose(word_page(name) or "")
+
+
+def _called(here: Surroundings, name: str) -> str:
+    """A constructor, of the kind that is due where there are several, or a function."""
+    field = here.call.field if here.call else None
+    kind = field.kind if field else here.kind
+    made = CATALOGUE.constructor(kind, name) if kind in CATALOGUE else None
+    found = made or next(iter(CATALOGUE.find(name)), None)
+    return markdown.constructor(found) if found else markdown.prose(word_page(name) or "")
+
+
+def _of_field(here: Surroundings, name: str) -> str:
+    """A choice of a field, an element, or a constructor without brackets."""
+    field = here.call.field if here.call else None
+    if field is None:
+        return ""
+    if name in field.options:
+        return f"`{name}`: a choice for `{field.name}`: {markdown.prose(field.doc + facts(field))}"
+    if field.kind == "element" and name in CATALOGUE.words():
+        return _page(name)
+    word = (
+        CATALOGUE.constructor(field.kind, name)
+        if field.form in ("value", "fibres") and field.kind in CATALOGUE
+        else None
+    )
+    return markdown.constructor(word) if word and name not in declared(here.document) else ""
+
+
+def _page(name: str) -> str:
+    title, _, rest = (page(name) or "").partition("\n")
+    return f"{markdown.prose(title)}\n\n```text\n{rest.strip()}\n```"
+
+
+def _declared(document: Document, name: str) -> str:
+    """A parameter with its value, or a declaration with what it is; of `rod.eta` both."""
+    scene = document.known
+    if (parameter := scene.parameters.get(name)) is not None:
+        return _parameter(parameter)
+    if (known := scene.declared.get(name)) is not None:
+        return _declaration(known)
+    parts = (scene.declared.get(part) for part in name.split(".")[:2]) if "." in name else ()
+    return "\n\n---\n\n".join(_declaration(part) for part in parts if part is not None)
+
+
+def _parameter(p: Parameter) -> str:
+    lines = [_source(f"param {p.name} = {p.text}"), f"**{markdown.prose(shown(p.value))}**, {_in_si(p.value)}"]
+    if p.interval is not None:
+        lines.append(markdown.prose(p.interval.words(p.value.dimension)))
+    return "\n\n".join(lines)
+
+
+def _declaration(d: Declared) -> str:
+    return f"{_source(d.location.text)}\n\n{d.kind} `{d.name}`: {markdown.prose(d.constructor.summary)}"
+
+
+def _source(text: str) -> str:
+    return f"```softmark\n{text}\n```"
+
+
+def shown(value: Value) -> str:
+    """A value as people write it: `178 mm`, `(178, 0, 0) mm`."""
+    many = getattr(value, "values", None)
+    return units.show(value.value, value.dimension) if many is None else units.show_all(many, value.dimension)  # type: ignore[union-attr]
+
+
+def _in_si(value: Value) -> str:
+    unit = units.si(value.dimension)
+    many = getattr(value, "values", None)
+    said = f"{value.value:.9g}" if many is None else f"({', '.join(f'{v:.9g}' for v in many)})"  # type: ignore[union-attr]
+    what = units.named(value.dimension)
+    return markdown.prose(f"{what}, {said} {unit}".removesuffix(" 1"))

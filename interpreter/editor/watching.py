@@ -1,0 +1,38 @@
+"""Files that change while scenes are open: reports of runs, whose numbers stand beside lines, and scenes that are used.
+
+An editor that can be asked to tells of them (`workspace/didChangeWatchedFiles`); another shows what is new after the
+next change of the text.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lsprotocol import types
+
+from softmark.interpreter.editor.opened import Opened
+from softmark.interpreter.language.sources import SUFFIX
+
+WATCHED = ("**/report.json", f"**/*{SUFFIX}")
+
+
+def watch(opened: Opened, params: types.InitializedParams) -> None:
+    """Ask an editor to tell of changes, where it lets itself be asked."""
+    can = opened.server.client_capabilities.workspace
+    if can is None or can.did_change_watched_files is None or not can.did_change_watched_files.dynamic_registration:
+        return
+    method = types.WORKSPACE_DID_CHANGE_WATCHED_FILES
+    options = types.DidChangeWatchedFilesRegistrationOptions([types.FileSystemWatcher(glob) for glob in WATCHED])
+    asked = types.Registration("softmark-files", method, options)
+    opened.server.client_register_capability(types.RegistrationParams([asked]))
+
+
+def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
+    """Look again at what lies in files: of scenes that are open anew, and at the numbers beside their lines."""
+    if any(change.uri.endswith(SUFFIX) for change in params.changes):
+        for uri, document in list(opened.documents.items()):
+            opened.documents[uri] = replace(document)  # which knows nothing yet
+            opened.checks.due(uri)
+    can = opened.server.client_capabilities.workspace
+    if can is not None and can.inlay_hint is not None and can.inlay_hint.refresh_support:
+        opened.server.workspace_inlay_hint_refresh(None)
