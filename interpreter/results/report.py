@@ -371,7 +371,10 @@ class ReferenceResult:
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Whether an expectation was met; None, with a reason, where it could not be judged."""
+    """Whether an expectation was met; None, with a reason, where it could not be judged.
+
+    `value` is that of its first operand; it is compared with each of `limits`, in the same unit, by one of `relations`.
+    """
 
     text: str
     line: int
@@ -382,6 +385,9 @@ class ExpectationResult:
     left_out: bool = False  # what it is about was not chosen to run
     states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
     about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
+    metric: str = ""  # `rod.eta`, the first that it names
+    relations: tuple[str, ...] = ()
+    limits: tuple[float, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -428,12 +434,17 @@ class Report:
         return (*self.models.values(), *self.references.values())
 
     @property
+    def failures(self) -> tuple[ModelResult | ReferenceResult, ...]:
+        """Those of them that were tried and gave no answer."""
+        return tuple(o for o in self.outcomes if o.status not in (*ANSWERED, *LEFT_OUT))
+
+    @property
     def exit_status(self) -> int:
         """3 where a model or reference failed, else 1 where an expectation was not met or not judged, else 0.
 
         Expectations about models that were not chosen to run do not count.
         """
-        if any(o.status not in (*ANSWERED, *LEFT_OUT) for o in self.outcomes):
+        if self.failures:
             return 3
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 

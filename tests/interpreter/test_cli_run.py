@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+import softmark
 from softmark.interpreter.cli.main import main
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]
@@ -234,6 +235,18 @@ def test_junit_file(tmp_path: Path) -> None:
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("4", "1", "0")
     (failure,) = suite.findall("*/failure")
     assert "rod.eta > 10 %" in str(failure.get("message"))
+    known = {case.get("name"): properties(case) for case in suite.findall("testcase")}
+    missed = known["rod.eta > 10 %"]
+    assert {key: missed[key] for key in ("metric", "unit", "relation", "limit", "reference")} == {
+        "metric": "rod.eta", "unit": "1", "relation": ">", "limit": "0.1", "reference": "theory",
+    }  # fmt: skip
+    assert known["rod converges"]["eta"] == missed["value"]
+    assert float(missed["stated_error"]) > 0
+    assert properties(suite)["softmark"] == softmark.__version__
+
+
+def properties(element: ElementTree.Element) -> dict[str | None, str]:
+    return {p.get("name"): str(p.get("value")) for p in element.findall("properties/property")}
 
 
 def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.cli.commands.options import folder, scene_options
+from softmark.interpreter.cli.commands.options import diagnostics_option, folder, scene_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]
-    [--fresh] [--watch]"""
+    [--fresh] [--watch] ..."""
     scene_options(parser)
     parser.add_argument(
         "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
+    diagnostics_option(parser, "github")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
     stated = "say what error each model states itself, from a finer space over its cells and its own state"
     parser.add_argument("--stated", action="store_true", help=stated)
@@ -62,13 +63,17 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
 def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], Text] | None) -> int:
     from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
     from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
+    from softmark.interpreter.dictionary.formats import Told, rendered
     from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.run.options import Options, Text
     from softmark.interpreter.run.pipeline import report_of
 
     def warn(found: Sequence[Diagnostic]) -> None:
         progress.clear()
-        show(found)
+        if parsed.diagnostics == "text":
+            show(found)
+        else:
+            _annotate(rendered("github", [Told(parsed.file, d) for d in found]), parsed)
 
     shelf = Shelf(parsed)
     stated = () if parsed.stated else None
@@ -122,4 +127,13 @@ def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
         print(terminal.table(report, sys.stdout.isatty()))
         if written:
             print(f"\nreport: {visible(written)}")
+    if parsed.diagnostics == "github":
+        from softmark.interpreter.dictionary.formats.github import of_report
+
+        _annotate(of_report(report), parsed)
     return 3 if shelf.failed else report.exit_status
+
+
+def _annotate(commands: str, parsed: argparse.Namespace) -> None:
+    """Commands of a workflow, which may stand in either stream: not among JSON."""
+    print(commands, end="", file=sys.stderr if parsed.json == "-" else sys.stdout)
