@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 from softmark.grammar.table import Terminal, load, reserved
@@ -62,6 +62,7 @@ class Lexed(NamedTuple):
     comments: list[Comment]
 
 
+@lru_cache(maxsize=4)  # an editor asks for the words of a text that is parsed too; nobody changes these lists
 def lex(text: str) -> Lexed:
     """Cut `text` into tokens. Every character that is not blank ends up in exactly one token or comment."""
     plain, after_value, kinds = _scanners()

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, unsafe_hash=True)  # and never changed: a frozen one takes three times as long to make
 class Span:
     """A stretch of a source text; lines and columns count from 1, in code points; the end is outside."""
 

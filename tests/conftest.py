@@ -9,7 +9,7 @@ to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
 runs all. So are those that look at the report of a scene that takes long (BROAD), and the further cases of broad
-tests (tests/shared/breadth.py). Where folders are run, a quarter of the slow cases of each sweep is walked each day,
+tests (tests/shared/breadth.py). Where folders are run, a fifth of the slow cases of each sweep is walked each day,
 and all of them with SOFTMARK_WHOLE=1 (tests/shared/walk.py).
 """
 
@@ -73,7 +73,7 @@ BROAD = {
     "plate-on-a-column", "sliding-block", "joined-blocks", "pin",
     "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
-    "hollow-cantilever", "silicone-beam-by-others",
+    "hollow-cantilever", "silicone-beam-by-others", "beam-let-go-by-others",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB

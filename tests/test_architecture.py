@@ -126,7 +126,7 @@ def test_no_file_is_long() -> None:
 
 # ------------------------------------------------------------------ start-up: what is not imported
 
-HEAVY = ("numpy", "scipy", "numba", "meshio", "trimesh")
+HEAVY = ("numpy", "scipy", "numba", "meshio", "trimesh", "pygls", "lsprotocol")
 
 
 def loaded_by(code: str, *arguments: str, cwd: Path | None = None) -> set[str]:

@@ -1,66 +1,73 @@
-"""What is wrong with a text while it is written, published when the writer pauses for a moment."""
+"""What `dsl check` says of a text while it is written, as the protocol has it."""
 
 from __future__ import annotations
 
-import asyncio
-import sys
-import traceback
-from typing import TYPE_CHECKING
+from functools import cache
+from pathlib import Path
 
 from lsprotocol import types
 
-from softmark.grammar.diagnostic import Diagnostic, encodable
+from softmark.grammar.diagnostic import Diagnostic, Second, encodable
+from softmark.interpreter.dictionary import codes as known_codes
 from softmark.interpreter.editor.document import Document
+from softmark.scenes import ROOT
 
-if TYPE_CHECKING:
-    from pygls.lsp.server import LanguageServer
-
-PAUSE = 0.01  # s, in which further changes that are on their way arrive
 SEVERITY = {"error": types.DiagnosticSeverity.Error, "warning": types.DiagnosticSeverity.Warning}
+PAGES = Path(known_codes.__file__).resolve().parent
+START = types.Range(types.Position(0, 0), types.Position(0, 0))
+UNUSED = frozenset({"W309"})  # codes of what nothing needs, which editors show faded
 
 
-class Checks:
-    """Checks that are due, one of each text: a change while one is due replaces it."""
-
-    def __init__(self, server: LanguageServer, documents: dict[str, Document]) -> None:
-        self.server, self.documents = server, documents
-        self._due: dict[str, asyncio.TimerHandle] = {}
-
-    def due(self, uri: str) -> None:
-        """The latest state of a text is to be checked."""
-        self._cancel(uri)
-        self._due[uri] = asyncio.get_running_loop().call_later(PAUSE, self._check, uri)
-
-    def forget(self, uri: str) -> None:
-        """A text was closed: nothing is said of it any more."""
-        self._cancel(uri)
-        self._publish(uri, [], None)
-
-    def _cancel(self, uri: str) -> None:
-        if waiting := self._due.pop(uri, None):
-            waiting.cancel()
-
-    def _check(self, uri: str) -> None:
-        self._due.pop(uri, None)
-        try:
-            document = self.documents[uri]
-            self._publish(uri, diagnostics(document), document.version)
-        except Exception:  # the next state may be checked all the same
-            traceback.print_exc(file=sys.stderr)
-
-    def _publish(self, uri: str, found: list[types.Diagnostic], version: int | None) -> None:
-        params = types.PublishDiagnosticsParams(uri, found, version)
-        self.server.text_document_publish_diagnostics(params)
-
-
-def diagnostics(document: Document) -> list[types.Diagnostic]:
-    """All that `dsl check` says of a text."""
-    return [diagnostic(document, found) for found in document.checked[1]]
+def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> list[types.Diagnostic]:
+    """Messages about a text, and about others that it uses; without any, all that `dsl check` has."""
+    return [diagnostic(document, one) for one in (document.checked[1] if found is None else found)]
 
 
 def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
-    """One message; what another file is blamed for stands at the first character of this one."""
-    here = found.source is not None and found.source.name == document.source.name
-    at = document.range(found.span) if here and found.span else types.Range(types.Position(0, 0), types.Position(0, 0))
+    """One message; where it is about another text, it stands at the start of this one, and names the place there."""
+    here = _is_here(document, found.source)
     remarks = [found.message, *([f"help: {found.help}"] if found.help else []), *(f"note: {n}" for n in found.notes)]
-    return types.Diagnostic(at, encodable("\n".join(remarks)), SEVERITY[found.severity], found.code, source="softmark")
+    also = list(found.also)
+    if not here and found.source is not None and found.span is not None:
+        also.insert(0, Second(found.source, found.span, found.label or found.message))
+    return types.Diagnostic(
+        document.range(found.span) if here and found.span else START,
+        encodable("\n".join(remarks)),
+        SEVERITY[found.severity],
+        found.code,
+        _description(found.code),
+        "softmark",
+        tags=[types.DiagnosticTag.Unnecessary] if found.code in UNUSED else None,
+        related_information=[_related(document, second) for second in also] or None,
+        data={"label": encodable(found.label)} if found.label else None,
+    )
+
+
+def _description(code: str) -> types.CodeDescription | None:
+    """The page of a code, as a file that an editor opens; None of one without any."""
+    return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in codes() else None
+
+
+@cache
+def codes() -> frozenset[str]:
+    """Those that have a page."""
+    return frozenset(file.stem for file in PAGES.glob("*.md"))
+
+
+def _is_here(document: Document, source: object) -> bool:
+    return source is None or source is document.source or source == document.source
+
+
+def _related(document: Document, second: Second) -> types.DiagnosticRelatedInformation:
+    """Another place that a message is about."""
+    if _is_here(document, second.source):
+        uri, at = document.uri, document.range(second.span)
+    else:
+        uri = _file_of(document, second.source.name).absolute().as_uri()
+        at = Document(second.source.text, document.folder).range(second.span)
+    return types.DiagnosticRelatedInformation(types.Location(uri, at), encodable(second.label or second.source.name))
+
+
+def _file_of(document: Document, name: str) -> Path:
+    """The file of a text that is used, by the name that messages give it."""
+    return ROOT / name[4:] if name.startswith("std/") else Path(name)

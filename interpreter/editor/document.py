@@ -6,7 +6,8 @@ UTF-16 code units; spans count lines and columns from 1 in code points, offsets 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import threading
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -14,14 +15,15 @@ from lsprotocol.types import Position, Range
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lex import BREAK, Token, lex
-from softmark.grammar.parse import parse
-from softmark.grammar.tree import Span, Tree
+from softmark.grammar.tree import Comment, Span, Tree
 from softmark.interpreter.front.catalogue import CATALOGUE, compiled
 from softmark.interpreter.front.load import looked_at
 from softmark.interpreter.language.parameters import evaluate
 from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import ModuleTable
+
+CHECKING = threading.RLock()  # one check at a time
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,13 @@ class Document:
     file: Path | None = None
     version: int | None = None
     snippets: bool = False
+    address: str = ""  # the URI by which an editor knows it
+    earlier: Scene | None = field(default=None, compare=False, repr=False)  # of the state before, as far as it was read
+
+    @property
+    def uri(self) -> str:
+        """By which an editor knows it."""
+        return self.address or (self.file.absolute().as_uri() if self.file else "untitled:scene")
 
     @cached_property
     def source(self) -> Source:
@@ -45,22 +54,42 @@ class Document:
     @cached_property
     def tokens(self) -> list[Token]:
         """Its words, also those that fit no terminal."""
-        return lex(self.text)[0]
+        return lex(self.text).tokens
+
+    @property
+    def comments(self) -> list[Comment]:
+        """All of its comments."""
+        return lex(self.text).comments
 
     @cached_property
     def tree(self) -> Tree:
         """Its declarations; those with an error of syntax are left out."""
         modules = self.table.modules
-        return modules[0].tree if modules else parse(self.source)[0]
+        return modules[0].tree if modules else Tree(())
 
     @cached_property
     def compiled(self) -> tuple[Scene, list[Diagnostic]]:
         """The scene as far as it can be read, and what of it cannot."""
         return compiled(self.source, self.folder, self.file)
 
-    @cached_property
+    @property
+    def read(self) -> Scene | None:
+        """The scene, or that of the state before where this one has not been read yet: for what must not wait."""
+        return self.compiled[0] if "compiled" in self.__dict__ else self.earlier
+
+    @property
+    def known(self) -> Scene:
+        """The same, read now where there is none."""
+        return self.read or self.compiled[0]
+
+    @property
     def checked(self) -> tuple[Scene | None, list[Diagnostic]]:
-        """The compiled scene, None if it has errors, and all that `dsl check` says of it."""
+        """The compiled scene, None if it has errors, and all that `dsl check` says of it: found once by any thread."""
+        with CHECKING:
+            return self._checked
+
+    @cached_property
+    def _checked(self) -> tuple[Scene | None, list[Diagnostic]]:
         scene, found = self.compiled
         return looked_at(scene, list(found))
 

@@ -11,6 +11,7 @@ from softmark.interpreter.dictionary.plain import unit_page, word_page
 from softmark.interpreter.dictionary.words import facts, page
 from softmark.interpreter.editor import markdown
 from softmark.interpreter.editor.document import Document
+from softmark.interpreter.editor.known import declared
 from softmark.interpreter.editor.surroundings import NAMES, Surroundings, around
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
@@ -31,9 +32,10 @@ def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
 
 
 def _at(document: Document, offset: int) -> int | None:
-    """The word that an offset is in, or at the end of."""
+    """The word that an offset is in or at the start of, or else at the end of."""
     index = bisect_left(document.tokens, offset + 1, key=lambda t: t.start) - 1
-    return index if index >= 0 and offset <= document.tokens[index].end else None
+    near = [i for i in (index, index - 1) if i >= 0 and offset <= document.tokens[i].end]
+    return next((i for i in near if document.tokens[i].kind in (*NAMES, "NUMBER", "UNIT")), near[0] if near else None)
 
 
 def _said(document: Document, index: int, token: Token) -> str:
@@ -107,7 +109,7 @@ def _of_field(here: Surroundings, name: str) -> str:
         if field.form in ("value", "fibres") and field.kind in CATALOGUE
         else None
     )
-    return markdown.constructor(word) if word and name not in here.document.table.symbols else ""
+    return markdown.constructor(word) if word and name not in declared(here.document) else ""
 
 
 def _page(name: str) -> str:
@@ -117,7 +119,7 @@ def _page(name: str) -> str:
 
 def _declared(document: Document, name: str) -> str:
     """A parameter with its value, or a declaration with what it is; of `rod.eta` both."""
-    scene = document.compiled[0]
+    scene = document.known
     if (parameter := scene.parameters.get(name)) is not None:
         return _parameter(parameter)
     if (known := scene.declared.get(name)) is not None:

@@ -14,8 +14,9 @@ from softmark.interpreter.language.units import Dimension
 def declared(document: Document) -> dict[str, str]:
     """The kind of every name, `param` of a parameter: those of the text by its words, with those that it uses."""
     found = dict(_written(document))
-    for name, symbol in document.table.symbols.items():
-        if name not in found:
+    table = document.known.table
+    for name, symbol in table.symbols.items() if table else ():
+        if "." in name:
             found[name] = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "param"
     return found
 
@@ -29,7 +30,7 @@ def _written(document: Document) -> Iterator[tuple[str, str]]:
 
 def dimension(document: Document, name: str) -> Dimension | None:
     """Of a parameter, or of a metric such as `rod.eta`; None where it is not known."""
-    scene = document.compiled[0]
+    scene = document.known
     if (parameter := scene.parameters.get(name)) is not None:
         return parameter.value.dimension
     metric = scene.declared.get(name.split(".")[1]) if "." in name else None

@@ -111,11 +111,11 @@ def _within(here: Surroundings, frame: Frame) -> Iterator[Offer]:
     if not _due(frame):
         return
     call = here.call
-    if frame.function or call is None or call.field is None:
+    if frame.function or call is None or call.constructor is None:
         yield from numbers(here, None)
         if here.kind == "expect":
             yield from _measured(here)
-    else:
+    elif call.field is not None:
         yield from values(here, call.field)
 
 
@@ -151,7 +151,7 @@ def numbers(here: Surroundings, due: Dimension | None) -> Iterator[Offer]:
 
 def value_of(here: Surroundings, name: str) -> str:
     """What a parameter comes to, as people write it; empty where that is not known."""
-    parameter = here.document.compiled[0].parameters.get(name)
+    parameter = here.document.known.parameters.get(name)
     if parameter is None:
         return ""
     value = parameter.value
@@ -175,7 +175,7 @@ def _name(here: Surroundings, field: Field) -> Iterator[Offer]:
 
 def names(here: Surroundings, *kinds: str) -> Iterator[Offer]:
     """Declared names of some kinds, but for that of the declaration at hand."""
-    scene = here.document.compiled[0]
+    scene = here.document.known
     for name, kind in declared(here.document).items():
         if kind in kinds and name != here.own:
             known = scene.declared.get(name)
@@ -242,7 +242,7 @@ def _condition(here: Surroundings, field: Field) -> Iterator[Offer]:
 
 def _target(here: Surroundings, field: Field) -> Iterator[Offer]:
     """Parameters, and fields of what is declared."""
-    scene = here.document.compiled[0]
+    scene = here.document.known
     for name, kind in declared(here.document).items():
         if kind == "param":
             yield Offer(name, Kind.Constant, value_of(here, name))

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from lsprotocol import types
 from pygls.uris import to_fs_path
 
-from softmark.interpreter.editor.diagnostics import Checks
+from softmark.interpreter.editor.checks import Checks
 from softmark.interpreter.editor.document import Document
+from softmark.interpreter.language.scene import Scene
 
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
@@ -32,9 +33,9 @@ class Opened:
         self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
     ) -> None:
         """The same text after changes, one after the other."""
-        now = self.documents.get(which.uri) or document(which.uri, "")
+        now = before = self.documents.get(which.uri) or document(which.uri, "")
         for change in changes:
-            now = document(which.uri, changed(now, change), which.version, self._snippets)
+            now = document(which.uri, changed(now, change), which.version, self._snippets, before.read)
         self._have(which.uri, now)
 
     def close(self, uri: str) -> None:
@@ -53,11 +54,13 @@ class Opened:
         self.checks.due(uri)
 
 
-def document(uri: str, text: str, version: int | None = None, snippets: bool = False) -> Document:
+def document(
+    uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None
+) -> Document:
     """A text of a URI; what lies in no file looks for files in the working folder."""
     path = to_fs_path(uri)
     file = Path(path) if path else None
-    return Document(text, file.parent if file else Path(), file, version, snippets)
+    return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier)
 
 
 def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:

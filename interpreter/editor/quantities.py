@@ -80,7 +80,7 @@ def _of_target(here: Surroundings, frame: Frame, field: Field) -> Dimension | No
     name = next((t.text for t in tokens if t.kind in NAMES and t.text not in ("target", "over")), "")
     found = dimension(here.document, name)
     owner, _, own = name.rpartition(".")
-    known = here.document.compiled[0].declared.get(owner)
+    known = here.document.known.declared.get(owner)
     meant = known.constructor.field(own) if found is None and known is not None else None
     return found if meant is None else meant.dimension
 

@@ -20,8 +20,10 @@ from pygls.protocol import LanguageServerProtocol, lsp_method
 
 from softmark import __version__
 from softmark.interpreter.editor import colouring, fixing
+from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.opened import Opened
 from softmark.interpreter.editor.refused import Refused
+from softmark.scenes import ROOT
 
 TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
 
@@ -114,5 +116,15 @@ class Server(LanguageServer):
 
 
 def serve(incoming: BinaryIO, outgoing: BinaryIO) -> None:
-    """Answer an editor until it leaves."""
-    Server().start_io(incoming, outgoing)
+    """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do."""
+    server = Server()
+    server.opened.checks.warm(_first)
+    server.start_io(incoming, outgoing)
+
+
+def _first() -> None:
+    """All words are loaded, and what answers requests."""
+    file = ROOT / "beams" / "silicone-beam.scene"
+    assert Document(file.read_text(encoding="utf-8"), file.parent, file).checked[0]
+    for feature in FEATURES.values():
+        import_module(f"softmark.interpreter.editor.{feature.answer.split(':')[0]}")

@@ -93,7 +93,7 @@ class Surroundings:
 
 def around(document: Document, offset: int) -> Surroundings | None:
     """What stands around a place; None within a comment."""
-    comments = document.tree.comments
+    comments = document.comments
     last = bisect_left(comments, offset, key=lambda c: c.span.start) - 1
     if last >= 0 and offset <= comments[last].span.end:
         return None

@@ -22,6 +22,7 @@ from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.outside.rods.words import OutsideRod
 from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.results.words import Results
@@ -34,6 +35,7 @@ MODELS: dict[str, type[Any]] = {
     "homogeneous": Homogeneous,
     "mass_spring": MassSpring,
     "outside": Outside,
+    "outside_rod": OutsideRod,
     "modal": Modal,
     "pod": Pod,
     "results": Results,

@@ -16,6 +16,7 @@ from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.models.network.words import Frame6Dof
+from softmark.interpreter.models.outside.rods.words import OutsideRod
 from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.reduced.words import Modal, Pod
 from softmark.interpreter.models.results.words import Results
@@ -42,6 +43,7 @@ BUILDERS: dict[type[Any], str | Builder] = {
     Homogeneous: "softmark.interpreter.models.homogeneous.build",
     MassSpring: "softmark.interpreter.models.springs.build",
     Outside: "softmark.interpreter.models.outside.build",
+    OutsideRod: "softmark.interpreter.models.outside.rods.build",
     Modal: "softmark.interpreter.models.reduced.equations",
     Pod: "softmark.interpreter.models.reduced.equations",
     Results: "softmark.interpreter.models.results.build",
@@ -52,9 +54,11 @@ REMEMBERING: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.ageing",
     Beam6Dof: "softmark.interpreter.models.beam.ageing",
     Outside: "softmark.interpreter.models.outside.build",  # which says that it is not
+    OutsideRod: "softmark.interpreter.models.outside.rods.build",
 }
 # of bodies that fluid seeps through
 SOAKED: dict[type[Any], str] = {
+    OutsideRod: "softmark.interpreter.models.outside.rods.build",
     Fem: "softmark.interpreter.models.fem.seeping",
     Outside: "softmark.interpreter.models.outside.build",
 }

@@ -66,6 +66,7 @@ MODELLED = {
 STRICT = {
     "homogeneous",  # whole faces and normal tractions alone: tests/interpreter/test_homogeneous.py
     "outside",  # what a program takes: tests/interpreter/test_outside_programs.py
+    "outside_rod",  # the same of rods: tests/interpreter/test_outside_rods.py
     "results",  # whatever loads there are: tests/interpreter/test_judged.py
 }
 TAKES = {  # of 70: each load, and each support under gravity, in each of five analyses; lines for all but springs

@@ -22,12 +22,17 @@ COMMAND = [sys.executable, "-c", DSL, "lsp"]
 @pytest_lsp.fixture(scope="module", config=ClientServerConfig(server_command=COMMAND))
 async def client(lsp_client: LanguageClient) -> AsyncIterator[None]:
     """A server of its own for a file of tests, and an editor that can do what VS Code can."""
-    for request in (types.CLIENT_REGISTER_CAPABILITY, types.WORKSPACE_INLAY_HINT_REFRESH):
-        lsp_client.feature(request)(lambda params: None)  # which the server asks of it, and needs no answer to
-    capabilities = client_capabilities("visual-studio-code")
-    await lsp_client.initialize_session(types.InitializeParams(capabilities))
+    await began(lsp_client)
     yield
     await lsp_client.shutdown_session()
+
+
+async def began(client: LanguageClient) -> None:
+    """The session has begun."""
+    for request in (types.CLIENT_REGISTER_CAPABILITY, types.WORKSPACE_INLAY_HINT_REFRESH):
+        client.feature(request)(lambda params: None)  # which the server asks of it, and needs no answer to
+    capabilities = client_capabilities("visual-studio-code")
+    await client.initialize_session(types.InitializeParams(capabilities))
 
 
 def opened(client: LanguageClient, text: str, folder: Path, name: str = "some.scene") -> types.TextDocumentIdentifier:

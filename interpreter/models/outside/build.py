@@ -17,11 +17,12 @@ from softmark.interpreter.models.fem import build as fem
 from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.outside import running
 from softmark.interpreter.models.outside.adapters import adapter
+from softmark.interpreter.models.outside.asked import GB
 from softmark.interpreter.models.outside.moving import motion_of, shown
 from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 from softmark.interpreter.models.outside.running import End
 from softmark.interpreter.models.outside.telling import Untold, told
-from softmark.interpreter.models.outside.words import GB, Outside
+from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Spent, Status, Workshop
 from softmark.interpreter.models.shared.unbuilt import Unbuilt
 from softmark.interpreter.problem.case import Case

@@ -57,6 +57,16 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class Section:
+    """Of a rod, the same all along it; `axes` (3, 3) are e1, e2, e3 as columns, e1 along the rod, at rest."""
+
+    area: float  # m^2
+    stiffness: Floats  # (6,) to stretch, shears along e2 and e3, N; to twist, bendings about e2 and e3, N m^2
+    inertia: Floats  # (3,) of a metre about e1, e2 and e3, kg m
+    axes: Floats
+
+
+@dataclass(frozen=True)
 class Problem:
     """A body at rest, or in `motion`, under dead loads, on a mesh.
 
@@ -65,6 +75,8 @@ class Problem:
     `held` (h, 2) are nodes and components (0, 1, 2), which move by `values` (h,), m, at full load; `forces` (n, 3), N,
     are those on all nodes at full load, of tractions and weight as softmark integrates them. `shares` (s,) of the load
     are asked for, in turn; the last is 1.
+
+    Of a rod, which has a `section`, cells are its segments (m, 2), and components 3, 4, 5 of what is held are turns.
     """
 
     points: Floats  # (n, 3) m
@@ -79,6 +91,7 @@ class Problem:
     tolerance: float = 1e-8  # of the residual
     values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
     motion: Motion | None = None
+    section: Section | None = None
 
     @property
     def is_held(self) -> NDArray[np.bool_]:
@@ -92,7 +105,8 @@ class Problem:
 class Answer:
     """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
 
-    Of a motion these are the states after the steps that were asked for. `settled` says whether its own log calls it
+    Of a motion these are the states after the steps that were asked for; of a rod there is also how its sections have
+    `turned`, their axes as columns. `settled` says whether its own log calls it
     converged, None where that says nothing. Its own clocks are in s, what it does not tell is absent: `setup_s`,
     `solve_s`, `io_s`, and `whole_s` of one that tells all together.
     """
@@ -104,4 +118,5 @@ class Answer:
     said: str = ""  # what of its log a user should see
     rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
     steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
+    turned: Floats | None = None  # (s, n, 3, 3) of the nodes of a rod
     unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did

@@ -50,7 +50,7 @@ def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]
     """The same of a mesh alone, with what holds and loads it: how it is solved is others' own."""
     if not isinstance(model, Fem):
         return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
-    analysis = _of_motion(case) if moves else _of_analysis(case)
+    analysis = of_motion(case) if moves else _of_analysis(case)
     return [*analysis, *_of_body(case), *_of_supports(case)]
 
 
@@ -76,7 +76,8 @@ def _of_analysis(case: Case) -> Iterator[Reason]:
         yield f"disturbed = {case.analysis.disturbed}", "others start from rest"
 
 
-def _of_motion(case: Case) -> Iterator[Reason]:
+def of_motion(case: Case) -> Iterator[Reason]:
+    """What of a motion has no words: one that does not begin at rest, or loads and supports that change."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         yield f"the {type(analysis).__name__.lower()} analysis", _NO_REST

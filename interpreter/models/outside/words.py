@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.outside import telling
-from softmark.interpreter.models.outside.adapters import PROGRAMS, Program, program
+from softmark.interpreter.models.outside.adapters import PROGRAMS
+from softmark.interpreter.models.outside.asked import Asked
 from softmark.interpreter.models.outside.telling import Reason
 from softmark.interpreter.models.shared.model import Model
-from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import PerLength
 from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS
@@ -29,11 +28,9 @@ if TYPE_CHECKING:
 else:
     Word = Literal[tuple(PROGRAMS)]
 
-GB = 1e9  # bytes
-
 
 @dataclass(frozen=True)
-class Outside(Model):
+class Outside(Asked):
     """Finite elements that another program solves: judged as ours are, on the same mesh, under the same loads.
 
     The mesh, what supports hold and the forces on its nodes are those of `fem(...)` of the same element, size and
@@ -65,7 +62,6 @@ class Outside(Model):
     """
 
     recovers = False
-    unwalked = "another program solves it, which states no error that could be held against it"
     graded = True  # said to be unsupported, as all else that has no words for others
     directed = True
     composite = True
@@ -93,11 +89,6 @@ class Outside(Model):
         """Finite elements of ours on the same mesh: what its mesh, supports and loads are found by."""
         mass: Any = "lumped" if self.told.moves else "consistent"
         return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
-
-    @property
-    def told(self) -> Program:
-        """What is known of the program."""
-        return program(self.program)
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
@@ -135,27 +126,12 @@ class Outside(Model):
         found = self.solid.doubts(replace(declared, thing=self.solid), case)
         if any(d.severity == "error" for d in found):
             return found
-        return [*found, *self._unsupported(declared, case)]
-
-    def _unsupported(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        if reasons := self.reasons(case):
-            yield diagnostic(
-                "W710",
-                declared.at("program"),
-                f"`{declared.name}` will not be computed: {self.words_of(reasons)}",
-                "unsupported",
-                "the other models of the scene are computed; `fem(...)` takes all of it",
-            )
-
-    def words_of(self, reasons: list[Reason]) -> str:
-        """Why a program does not compute it, in words."""
-        each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
-        return f"{self.told.title} is not asked for {', '.join(each)}"
+        return [*found, *self.unsupported(declared, case)]
 
     def reasons(self, case: Case) -> list[Reason]:
         """What of it the program cannot do exactly as the scene means it, and why."""
         moves = bool(self.told.moves)
-        return [*telling.reasons(self.solid, case, moves), *self._of_program(case), *self._of_steps(case)]
+        return [*telling.reasons(self.solid, case, moves), *self._of_program(case), *self.of_steps(case)]
 
     def _of_program(self, case: Case) -> Iterator[Reason]:
         program = self.told
@@ -171,16 +147,6 @@ class Outside(Model):
                 yield f"the law {law}", f"in finite strain its adapter has {', '.join(laws)}"
         if len(case.materials) > 1 and not program.several:
             yield "several materials", "its adapter has one for the whole body"
-
-    def _of_steps(self, case: Case) -> Iterator[Reason]:
-        if not self.told.moves:
-            for name in ("step", "iterations"):
-                if getattr(self, name) is not None:
-                    yield name, "it is of programs that step through time"
-        elif isinstance(case.analysis, Dynamic):
-            count = case.analysis.duration / (self.step or case.analysis.step)
-            if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
-                yield "step", "the motion must last a whole number of steps"
 
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.models.outside.words import Outside
+from softmark.interpreter.models.outside.asked import Asked
 from softmark.interpreter.plan.needs import models_of, reached
 from softmark.interpreter.study.expansion import sources
 
@@ -70,7 +70,7 @@ def words_of(declared: Declared) -> str:
     for file in sorted(set(sources.files_of(declared.thing)), key=len, reverse=True):
         text = text.replace(repr(file), sources.of_file(file))
     whose = sources.of_plugins(declared.thing)
-    if isinstance(declared.thing, Outside):
+    if isinstance(declared.thing, Asked):
         whose += sources.of_program(declared.thing.program)
     return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
 

@@ -72,14 +72,24 @@ PROGRAMS: Mapping[str, Program] = {
 }
 
 
+RODS: Mapping[str, Program] = {  # of `outside_rod(...)`
+    "pyelastica": Program(
+        "PyElastica",
+        (),
+        {},
+        several=False,
+        moves="a Cosserat rod whose sections keep their volume, masses at nodes, turns of segments, position Verlet",
+    ),
+}
+
 PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their words, each with its module
 
 
 def program(name: str) -> Program:
     """What is known of a program. Raises KeyError for one that is in no table."""
-    return PROGRAMS[name] if name in PROGRAMS else PLUGGED[name][0]
+    return PROGRAMS.get(name) or RODS.get(name) or PLUGGED[name][0]
 
 
 def adapter(name: str) -> Any:
     """The module of a program. Raises KeyError for one that is in no table."""
-    return import_module(f"{__name__}.{name}") if name in PROGRAMS else PLUGGED[name][1]
+    return PLUGGED[name][1] if name in PLUGGED else import_module(f"{__name__}.{name}")

@@ -19,12 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem, Stuff
+from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem, Section, Stuff
 from softmark.records import dataclass
 
 ASKED, TOLD = "problem", "answer"  # two files of each name
 ARRAYS = ("points", "cells", "held", "values", "forces")
 MOVING = ("after", "masses")  # arrays of a motion
+SECTION = ("area", "stiffness", "inertia", "axes")  # of a rod
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,8 @@ class Package:
         arrays |= {f"stuff{i}": stuff.cells for i, stuff in enumerate(problem.stuff)}
         if (motion := problem.motion) is not None:
             arrays |= {name: getattr(motion, name) for name in MOVING}
+        if (section := problem.section) is not None:
+            arrays |= {name: getattr(section, name) for name in SECTION}
         np.savez(folder / f"{ASKED}.npz", **arrays)
         stuff = [{"law": s.law, "constants": dict(s.constants), "density": s.density, "choices": dict(s.choices)}
                  for s in problem.stuff]  # fmt: skip
@@ -81,9 +84,10 @@ class Package:
                 raise (NotSettled if said.get("unsettled") else NoAnswer)(str(why))
             with np.load(folder / f"{TOLD}.npz", allow_pickle=False) as found:
                 u = np.asarray(found["u"], dtype=np.float64)
-                steps = np.asarray(found["steps_s"], dtype=np.float64) if "steps_s" in found else None
+                arrays = [n for n in ("steps_s", "turned") if n in found]
+                more: dict[str, Any] = {n: np.asarray(found[n], dtype=np.float64) for n in arrays}
             clocks = {str(name): float(spent) for name, spent in said["clocks"].items()}
-            return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]), steps_s=steps,
+            return Answer(u, said["settled"], said["iterations"], clocks, str(said["said"]), **more,
                           unsolved=int(said.get("unsolved", 0)))  # fmt: skip
         except FileNotFoundError as none:
             raise NoAnswer("it left no result") from none
@@ -98,9 +102,10 @@ def problem_in(folder: Path) -> Problem:
         stuff = tuple(Stuff(cells=arrays[f"stuff{i}"], **own) for i, own in enumerate(words["stuff"]))
         known = {name: arrays[name] for name in ARRAYS}
         moving = {name: arrays[name] for name in MOVING if name in arrays}
+        section = Section(**{name: arrays[name] for name in SECTION}) if "area" in arrays else None
     alike = {name: words[name] for name in ("element", "strain", "tolerance")}
     motion = Motion(**words["motion"], **moving) if "motion" in words else None
-    return Problem(**known, **alike, stuff=stuff, shares=tuple(words["shares"]), motion=motion)
+    return Problem(**known, **alike, stuff=stuff, shares=tuple(words["shares"]), motion=motion, section=section)
 
 
 def moduli(problem: Problem) -> tuple[Any, Any]:
@@ -123,8 +128,8 @@ def main(solved: Callable[[Problem], Answer]) -> int:
         (folder / f"{TOLD}.json").write_text(json.dumps({"why": str(why), "unsettled": isinstance(why, NotSettled)}))
         return 0
     begin = time.perf_counter()
-    steps: dict[str, Any] = {} if answer.steps_s is None else {"steps_s": answer.steps_s}
-    np.savez(folder / f"{TOLD}.npz", u=answer.u, **steps)
+    more: dict[str, Any] = {"steps_s": answer.steps_s, "turned": answer.turned}
+    np.savez(folder / f"{TOLD}.npz", u=answer.u, **{name: one for name, one in more.items() if one is not None})
     clocks = dict(answer.clocks) | {"io_s": read + time.perf_counter() - begin}
     answer = replace(answer, clocks=clocks)
     words = {name: getattr(answer, name) for name in ("settled", "iterations", "clocks", "said", "unsolved")}

@@ -1,0 +1,69 @@
+"""What models have in common that another program solves, whatever they are made of: the program and its reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.models.outside.adapters import Program, program
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.vocabulary.analyses import Dynamic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.models.outside.telling import Reason
+    from softmark.interpreter.problem.case import Case
+
+GB = 1e9  # bytes
+
+
+class Asked(Model):
+    """A model that another program solves; its fields are `program`, the limits of its process, and its own steps."""
+
+    unwalked = "another program solves it, which states no error that could be held against it"
+    instead = "`fem(...)` takes all of it"
+
+    program: str
+    time: float
+    memory: float
+    threads: int
+    step: float | None
+    iterations: int | None
+
+    @property
+    def told(self) -> Program:
+        """What is known of the program."""
+        return program(self.program)
+
+    def reasons(self, case: Case) -> list[Reason]:
+        """What of it the program cannot do exactly as the scene means it, and why."""
+        raise NotImplementedError(f"{type(self).__name__} has no reasons")
+
+    def unsupported(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """A warning of what the program cannot do."""
+        if reasons := self.reasons(case):
+            yield diagnostic(
+                "W710",
+                declared.at("program"),
+                f"`{declared.name}` will not be computed: {self.words_of(reasons)}",
+                "unsupported",
+                f"the other models of the scene are computed; {self.instead}",
+            )
+
+    def words_of(self, reasons: list[Reason]) -> str:
+        """Why a program does not compute it, in words."""
+        each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
+        return f"{self.told.title} is not asked for {', '.join(each)}"
+
+    def of_steps(self, case: Case) -> Iterator[Reason]:
+        """Steps that it does not have, or that do not end where the motion does."""
+        if not self.told.moves:
+            for name in ("step", "iterations"):
+                if getattr(self, name) is not None:
+                    yield name, "it is of programs that step through time"
+        elif isinstance(case.analysis, Dynamic):
+            count = case.analysis.duration / (self.step or case.analysis.step)
+            if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+                yield "step", "the motion must last a whole number of steps"

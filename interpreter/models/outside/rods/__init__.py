@@ -1,0 +1,1 @@
+"""Rods that other programs solve: in words, and as arrays."""

@@ -1,0 +1,111 @@
+"""A rod that another program moves, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, cast
+
+import numpy as np
+
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.beam import build as beam
+from softmark.interpreter.models.beam.sections import inertia
+from softmark.interpreter.models.outside.build import PreparedOutside, states
+from softmark.interpreter.models.outside.moving import motion_of
+from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, Problem, Section, Stuff
+from softmark.interpreter.models.outside.rods.words import OutsideRod
+from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status, Workshop
+from softmark.interpreter.models.shared.unbuilt import Unbuilt
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.results.history import History
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.rod_rotation import quaternion, rotation
+from softmark.solvers.energies.rod_state import chain, displacement_at
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.beam.build import PreparedBeam
+
+
+@dataclass(frozen=True)
+class PreparedRod(PreparedOutside):
+    """A rod that a program moves; `solid` is the same of ours, at rest, which knows its nodes, sections and loads."""
+
+    motion: Motion
+    lost: ClassVar[Status] = "diverged"
+
+    @property
+    def assembly(self) -> Any:
+        """None: that is of a state of rest alone."""
+        return None
+
+    @property
+    def rod(self) -> PreparedBeam:
+        """The rod of ours."""
+        return cast("PreparedBeam", self.solid)
+
+    def asked(self) -> Problem:
+        """What the program is told."""
+        rod, case = self.rod, self.case
+        fixed = np.asarray(rod.problem.fixed, dtype=np.int64)
+        material = case.material
+        young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
+        law = Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density,
+                    np.arange(len(rod.points) - 1, dtype=np.int64))  # fmt: skip
+        section, first = case.prism.section, rod.rest.reshape(-1, 7)[:1, 3:]
+        stiffness, turned = cast(Any, rod.elastic.stiffness).diagonal, np.array(inertia(section))
+        return Problem(
+            points=rod.points,
+            cells=chain(len(rod.points)),
+            element="rod",
+            strain="finite",
+            stuff=(law,),
+            held=np.stack(np.divmod(fixed, 6), axis=1),
+            values=np.zeros(len(fixed)),
+            forces=sum((f[:, :3] for _, f in rod.forces()), np.zeros_like(rod.points)),
+            motion=self.motion,
+            section=Section(section.area, stiffness, material.density * turned[1:], rotation(first)[0]),
+        )
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements of nodes (t, n, 3), m, after the steps that were asked for. Raises NoAnswer."""
+        u = states(answer, problem, len(self.motion.after))
+        turned = answer.turned
+        if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
+            raise NoAnswer("its result says nothing of how sections turn")
+        return u
+
+    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+        """Whether what is held stays is all that is asked of them: their model is their own."""
+        motion, title = self.motion, self.model.told.title
+        known = known | {"means": self.model.told.moves, "steps": motion.count}
+        node, component = problem.held.T
+        slipped = float(np.abs(u[:, node[component < 3], component[component < 3]]).max(initial=0.0))
+        if slipped > 1e-6 * float(np.abs(u).max(initial=0.0)):
+            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+        assert answer.turned is not None
+        rest, times = self.rod.rest, np.asarray(motion.step * motion.after, dtype=np.float64)
+        frames = np.concatenate([problem.points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
+
+        def course(X: Floats) -> Floats:
+            return np.array([displacement_at(x, rest, X) for x in frames])
+
+        steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
+        history = History(times, course, steps, (), motion.step, (True,) * motion.count)
+        return Solution("converged", None, known, history=history,
+                        displacement=lambda X: displacement_at(frames[-1], rest, X))  # fmt: skip
+
+
+def load(model: OutsideRod) -> None:
+    """Import what building needs."""
+    beam.load(model.rod)
+
+
+def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The same of ours, at rest, to be told; nothing where the program cannot compute it. Raises Fault."""
+    if reasons := model.reasons(case):
+        return Unbuilt(model.words_of(reasons), "unsupported")
+    rod = beam.at_rest(model.rod, replace(declared, thing=model.rod), case)
+    masses = np.asarray(rod.mass()[::6])
+    motion = motion_of(cast(Any, model), cast(Any, case.analysis), masses)
+    return cast(Prepared, PreparedRod(cast(Any, model), declared, case, cast(Any, rod), motion))

@@ -1,0 +1,134 @@
+"""Rods that other programs move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.models.beam.words import Beam6Dof
+from softmark.interpreter.models.outside.adapters import RODS
+from softmark.interpreter.models.outside.asked import Asked
+from softmark.interpreter.models.outside.telling import Reason, of_motion
+from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.problem.stretches import whole
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, Routed
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.results.report import ModelKind
+
+    Word = str
+else:
+    Word = Literal[tuple(RODS)]
+
+_NODAL = "loads are told as dead forces on its nodes"
+
+
+@dataclass(frozen=True)
+class OutsideRod(Asked):
+    """A rod that another program moves: its nodes, its sections, its masses and the forces on it are ours.
+
+    They are those of `beam6dof(...)` of as many segments: stretch, shear, twist and bending stiffness, mass and rotary
+    inertia of the section, dead forces on nodes, clamps at its ends or none. How they are put together, and how
+    steps are taken, is the program's and is what is judged: what it computes is in the outline and in `solve.means`. It
+    runs in a process of its own, with limits on time, memory and what it may say. Nothing of it is imported here.
+
+    `pyelastica` steps explicitly, by a position Verlet scheme, and takes dynamic analyses alone: give it a `step` that
+    waves do not cross a segment in, or it is `diverged`. Directions of sections are those of its segments, so that a
+    clamp holds half a segment and answers are of first order in the length of one. Its law is that of volume kept:
+    sections that are stretched grow thin.
+
+    What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
+    and W710 when the scene is checked. Where it is not installed it is `skipped`. A motion is not put into our
+    equations, which is unchecked: theories and other models judge it.
+    """
+
+    recovers = False
+    graded = True  # said to be unsupported, as all else that has no words for others
+    directed = True
+    composite = True
+    bedded = True
+    touches = True
+    remembers = True
+    soaks = True
+    sectional = True
+    finely = ("segments",)
+    loads = (*Model.loads, PerLength, Routed)
+    instead = "`beam6dof(...)` takes all of it"
+
+    program: Annotated[Word, "whose solver"]
+    segments: Annotated[int, "1 in [2, 10000]", "elements along the axis"]
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
+    threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
+    step: Annotated[float | None, "s in (0, inf)", "its own step of a motion; that of the analysis if none"] = None
+
+    iterations = None  # it solves nothing
+
+    @property
+    def rod(self) -> Beam6Dof:
+        """The rod of ours that it is told of."""
+        return Beam6Dof(self.segments, body=self.body)
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against a rod of ours of this case, and what the program cannot do."""
+        found = self.rod.doubts(replace(declared, thing=self.rod), case)
+        if any(d.severity == "error" for d in found):
+            return found
+        return [*found, *self.unsupported(declared, case)]
+
+    def reasons(self, case: Case) -> list[Reason]:
+        """What of it the program cannot do exactly as the scene means it, and why."""
+        return [*of_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
+                *self.of_steps(case)]  # fmt: skip
+
+    def _of_body(self, case: Case) -> Iterator[Reason]:
+        if not isinstance(case.prism, Prism) or case.prism.tapered:
+            yield "the body", "a rod is told by one section along a straight axis"
+        if len(case.materials) > 1 or not getattr(case.material, "uniform", True):
+            yield "what it is made of", "a rod is told by one section along its axis"
+        if isinstance(case.analysis, Dynamic) and case.analysis.damping_stiffness:
+            yield "damping_stiffness", "its damping is by velocities alone"
+
+    def _of_loads(self, case: Case) -> Iterator[Reason]:
+        from softmark.interpreter.models.beam.words import station
+        from softmark.interpreter.vocabulary.loads import PerArea, PerMass
+
+        for load in case.loads:
+            action = load.thing.action
+            dead = isinstance(action, PerMass | PerArea | PerLength)
+            if not dead and not (isinstance(action, AtPoint) and station(case, action.at) is not None):
+                yield f"load `{load.name}`", _NODAL
+
+    def _of_clamps(self, case: Case) -> Iterator[Reason]:
+        nodes, held = tuple(self.stations(case)), set[int]()
+        for support in case.supports:
+            if len(support.thing.components) < 3:
+                yield f"support `{support.name}`", "it is held by clamps"
+            held |= {i for i, taken in enumerate(whole(support.thing.where, case.prism, nodes)) if taken}
+        if not held <= {0, len(nodes) - 1}:
+            yield "the supports", "it is held at its ends alone"
+
+    def stations(self, case: Case) -> list[float]:
+        """Nodes along the axis, m from the root."""
+        return self.rod.stations(case)
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        return f"{self.told.title}: {self.segments} segments of a rod; {self.told.moves}"
+
+    def kind(self, case: Case) -> ModelKind:
+        """What it is but for its segments."""
+        rod = self.rod.kind(case)
+        return replace(rod, words=f"{rod.words}, {self.told.title}")
+
+    def orders(self) -> dict[str, int]:
+        """A clamp holds half a segment."""
+        return {"segments": 1}

@@ -1,0 +1,99 @@
+"""Rods that other programs move."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softmark
+from softmark.interpreter.models.outside.adapters import packaged, pyelastica
+from softmark.interpreter.models.outside.problem import Motion, Problem, Section, Stuff
+from softmark.interpreter.run import pipeline
+
+# a rod that swings through a third of a period of its first mode
+SWING = """softmark 1
+scene "moved by others"
+material silicone = linear_elastic(young = 600 kPa, poisson = 0.49, density = 1070 kg/m^3)
+body beam = solid({shape}, silicone)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity(9.81 m/s^2, direction = (0, -1, -2))
+analysis swing = dynamic(duration = 60 ms, step = 0.5 ms, integrator = bdf2{damping})
+probe tip = point(beam, at = (178, 0, 0) mm)
+metric drop = displacement(tip, along = -z)
+metric strayed = course_norm(tip, against = ours)
+model ours = beam6dof(segments = 40)
+"""
+ROUND = "cylinder(length = 178 mm, radius = 10 mm, axis = +x)"
+FLAT = "box(size = (178, 24, 12) mm, origin = (0, -12, -6) mm)"
+
+
+def run(text: str) -> Any:
+    loaded = softmark.loads(text)
+    return pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False))
+
+
+def rods(*models: tuple[int, str]) -> str:
+    """Of so many segments each, with steps of their own."""
+    each = "model n{} = outside_rod(pyelastica, segments = {}, step = {}, time = 500 s)\n"
+    return "".join(each.format(n, n, step) for n, step in models)
+
+
+@pytest.mark.slow
+def test_pyelastica_moves_the_same_rod_to_first_order_in_its_segments() -> None:
+    """Its clamp holds half a segment: the rod is shorter by that, and what it strays by halves with the segments.
+
+    1.6 to 2.4: halved, and the rest is of the next order and of our own 40 segments. A flat section tells which
+    bending is which, and a load that is askew moves it both ways.
+    """
+    pytest.importorskip("elastica")
+    report = run(SWING.format(shape=FLAT, damping=", damping_mass = 20 Hz") + rods((20, "0.05 ms"), (40, "0.02 ms")))
+    assert {m.status for m in report.models.values()} == {"converged"}
+    coarse, fine = (report.models[n].metrics["strayed"].value for n in ("n20", "n40"))
+    assert fine < 0.06
+    assert 1.6 < coarse / fine < 2.4
+    assert report.models["n40"].solve["means"].startswith("a Cosserat rod")
+    assert report.models["n40"].probes["tip"].displacement[0, 1] < 0.0
+
+
+@pytest.mark.slow
+def test_steps_that_waves_cross_a_segment_in_are_said_to_be_too_long() -> None:
+    """After 12 steps all is finite yet, and nothing of it is true: energy comes from nowhere."""
+    pytest.importorskip("elastica")
+    theirs = run(SWING.format(shape=ROUND, damping="") + rods((40, "5 ms"))).models["n40"]
+    assert theirs.status == "diverged"
+    assert "times the work of its loads" in theirs.message
+
+
+def test_what_a_rod_of_others_cannot_do_is_said() -> None:
+    """Nothing is approximated: stiffness that damps, a load that follows, a clamp within, and a state of rest."""
+    own = SWING.format(shape=ROUND, damping=", damping_stiffness = 1 ms") + rods((4, "0.5 ms"))
+    own += "support middle = fixed(beam, where = abs(x - 89 mm) <= 1 mm)\n"
+    (warning,) = [w for w in softmark.loads(own).warnings if w.code == "W710"]
+    assert all(what in warning.message for what in ("damping_stiffness", "the supports"))
+    rest = "\n".join(line for line in own.splitlines() if not line.startswith(("analysis", "metric strayed")))
+    (warning,) = [w for w in softmark.loads(rest).warnings if w.code == "W710"]
+    assert "it steps through time and solves for no state of rest" in warning.message
+
+
+def test_a_rod_goes_to_another_process_and_back(tmp_path: Path) -> None:
+    """With its section; axes of nodes between two segments are halfway: rotations about e3 by 0 and 0.2, at .1."""
+    section = Section(1.0, np.arange(1.0, 7.0), np.arange(1.0, 4.0), np.eye(3))
+    stuff = Stuff("linear_elastic", {"young": 1.0, "poisson": 0.3}, 1.0, np.arange(2))
+    motion = Motion(1e-3, 1, np.arange(2), np.ones(3))
+    told = Problem(np.eye(3), np.array([[0, 1], [1, 2]]), "rod", "finite", (stuff,), np.array([[0, 5]]), np.zeros(1),
+                   np.zeros((3, 3)), motion=motion, section=section)  # fmt: skip
+    pyelastica.write(told, tmp_path)
+    found = packaged.problem_in(tmp_path).section
+    assert found is not None
+    assert all(np.array_equal(getattr(found, n), getattr(section, n)) for n in packaged.SECTION)
+
+    def turned(angle: float) -> Any:
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    directors = np.stack([turned(a)[:, [1, 2, 0]].T for a in (0.0, 0.2)], axis=2)  # rows e2, e3, e1 of each
+    expected = np.array([turned(a) for a in (0.0, 0.1, 0.2)])
+    np.testing.assert_allclose(pyelastica.sections(directors), expected, atol=1e-12)
