@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
     from softmark.interpreter.cli.commands.report_folder import Shelf
     from softmark.interpreter.results.report import Report
-    from softmark.interpreter.run.kept import Keeper
     from softmark.interpreter.run.options import Text
+    from softmark.interpreter.run.taken import Keeper
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

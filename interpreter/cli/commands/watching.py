@@ -19,6 +19,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli import signals
@@ -56,7 +57,7 @@ def watch(parsed: argparse.Namespace) -> int:
         _end(child)
 
 
-def _again_and_again(watched: Watched, command: list[str], child: list[subprocess.Popen[bytes]]) -> None:
+def _again_and_again(watched: Watched, command: list[str], child: list[subprocess.Popen[bytes]]) -> NoReturn:
     before = watched.state()
     while True:
         child[:] = [subprocess.Popen(command, stdin=subprocess.DEVNULL)]
