@@ -12,14 +12,22 @@ MOST = 3000  # candidates of about the right length that are looked at: a text m
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
     """The candidate that a slip of the finger makes of `word`, or None; case does not count.
 
-    One slip is allowed for every three letters, three at most: short names are all near one another.
+    One slip is allowed from three letters, two from six, three from eleven: short names are all near one another.
+    Where there are two, or the word is short, both begin alike: `cable` is not `table`, `reaction` not `traction`.
     Of several candidates equally near, the one that starts like `word` wins, then the first of the alphabet.
     """
-    limit = min(len(word) // 3, 3)
+    limit = sum(len(word) >= letters for letters in (3, 6, 11))
     near = islice((name for name in candidates if abs(len(name) - len(word)) <= limit), MOST)
     scored = [(distance(word.lower(), name.lower(), limit), name[:1] != word[:1], name) for name in near]
-    slips, _, name = min(scored, default=(limit + 1, True, ""))
+    sure = [one for one in scored if one[0] <= (1 if len(word) > 6 else 0) or _begins_alike(word, one[2])]
+    slips, _, name = min(sure, default=(limit + 1, True, ""))
     return name if slips <= limit else None
+
+
+def _begins_alike(word: str, name: str) -> bool:
+    """Whether the first letters are the same, or swapped."""
+    a, b = word[:2].lower(), name[:2].lower()
+    return a[:1] == b[:1] or (len(a) == 2 and a == b[::-1])
 
 
 def distance(a: str, b: str, most: int = sys.maxsize) -> int:

@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
     "plan": ("plan", "show what would be built, and which line asks for it"),
     "run": ("run", "run a scene and write its report"),
+    "serve-report": ("serving", "serve a report to a browser of this machine; it is loaded again when it changes"),
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
     "import": ("importing", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
@@ -35,7 +36,9 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
     "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
+    "docs": ("docs", "open the documentation: tutorial, reference, gallery; no network"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
+    "editor": ("editor", "write what an editor needs to know scenes: colours, the language server"),
     "lsp": ("lsp", "serve an editor: the language server"),
     "completion": ("completion", "print the completion script of a shell"),
 }
@@ -155,7 +158,7 @@ def _help(arguments: list[str], name: str | None) -> int:
         return 2
     from softmark import __version__
 
-    lines = "\n".join(f"  dsl {name:<11}{summary}" for name, (_, summary) in COMMANDS.items())
+    lines = "\n".join(f"  dsl {name:<13}{summary}" for name, (_, summary) in COMMANDS.items())
     print(
         f"softmark {__version__}: a scene language for assessing deformable models\n\n{lines}\n\n"
         "Start with `dsl run silicone-beam`, `dsl new > my.scene`, or `dsl COMMAND --help`."

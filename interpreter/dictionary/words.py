@@ -6,11 +6,11 @@ import inspect
 import re
 
 from softmark.interpreter.dictionary import ranges
-from softmark.interpreter.dictionary.absent import ABSENT
 from softmark.interpreter.dictionary.examples import example
 from softmark.interpreter.dictionary.plain import unit_page, word_page
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import aliases, units
+from softmark.interpreter.language.elsewhere import meaning
 from softmark.interpreter.language.schema import Constructor, Field, Vocabulary
 from softmark.references.reference import Reference
 
@@ -38,7 +38,7 @@ def page(name: str) -> str | None:
     if used := _field_page(name) or _choice_page(name):
         return used
     meant = aliases.WORDS.get(name) or aliases.SYNONYMS.get(name) or aliases.CHOICES.get(name)
-    if name.lower() not in ABSENT and meant and not unit_page(name):
+    if meant and not meaning(name) and not unit_page(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
     return unit_page(name) or _of_library(name)

@@ -130,7 +130,8 @@ class Evidence:
             if value is None:
                 yield owner, f"no value: {found.get('reason') or result.get('message') or 'no reason was given'}"
             else:
-                yield owner, _shown(value, found.get("unit") or "1", self._models.get(owner), name)
+                said = _shown(value, found.get("unit") or "1", self._models.get(owner), name)
+                yield owner, f"{said}{_judged(found)}"
 
     @cached_property
     def _models(self) -> dict[str, ModelResult]:
@@ -147,6 +148,12 @@ def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> s
     """A value, and what its model states of it: `3.32 mm ± 0.25`."""
     error = beside(model, metric, MetricResult(value, unit)) if model else None
     return f"{_amount(value, unit)} {error}" if error else _amount(value, unit)
+
+
+def _judged(found: Json) -> str:
+    """What a metric says of its own value: whether it is in time, and whether it is more than nothing."""
+    own = "" if "verdict" not in found else ", in time" if found["verdict"] else ", NOT in time"
+    return own + ("" if found.get("meaningful", True) else ", within the uncertainty of the reference")
 
 
 def _amount(value: float, unit: str) -> str:
@@ -167,8 +174,9 @@ def evidence(document: Document) -> Evidence | None:
     found = [(file, report) for file, _, report in _reports(document.file)]
     if not found:
         return None
-    digest = hashlib.sha256(document.text.encode("utf-8", errors="surrogatepass")).hexdigest()
-    same = [(file, report) for file, report in found if report["scene"].get("sha256") == digest]
+    texts = (document.text, f"\ufeff{document.text}")  # editors keep the mark at the start of a file to themselves
+    digests = [hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest() for text in texts]
+    same = [(file, report) for file, report in found if report["scene"].get("sha256") in digests]
     file, report = (same or found)[0]
     return Evidence(file, report, bool(same))
 

@@ -117,7 +117,11 @@ def _evidence(document: Document, nodes: list[tree.Declaration]) -> Iterator[typ
     if known is None:
         return
     for node in nodes:
-        if (found := known.of(document, node)) is not None:
+        try:
+            found = known.of(document, node)
+        except (AttributeError, KeyError, TypeError, ValueError):  # a report that somebody else has written
+            continue
+        if found is not None:
             yield _hint(document, node, found)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expectations import stateless_in, truth
+from softmark.interpreter.language.expectations import metrics_in, stateless_in, truth
 from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity, Value
 from softmark.interpreter.language.scene import Expectation, Scene
 from softmark.interpreter.language.states import numbers_of
@@ -21,6 +22,16 @@ Results = Mapping[str, ModelResult | ReferenceResult]
 
 def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
     """Whether an expectation is met by the results; in every one of the states where it names none."""
+    return replace(_verdict(scene, results, expectation, states), about=_about(expectation))
+
+
+def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
+    """The metrics that an expectation names, with whose they are."""
+    names = (node.parts for node, _ in tree.walk(expectation.node) if isinstance(node, tree.Name))
+    return tuple(dict.fromkeys((parts[0], parts[1]) for parts in names if len(parts) == 2))
+
+
+def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
     named = named_in(expectation.node)
     missing = sorted(named - set(results) - set(scene.parameters))
@@ -47,16 +58,19 @@ def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
     evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)
     try:
         passed = truth(expectation.node, evaluator)
-        first = _first_value(expectation.node, evaluator)
+        relations, values = _first_comparison(expectation.node, evaluator)
     except _NoValue as nothing:
         return ExpectationResult(text, line, None, None, reason=str(nothing))
     except Bad as bad:
         return ExpectationResult(text, line, None, None, reason=str(bad))
-    if first is not None and not math.isfinite(first.value):
+    if not values:
+        return ExpectationResult(text, line, passed, None)
+    if not math.isfinite(values[0].value):
         return ExpectationResult(text, line, None, None, reason="its value is not a finite number")
-    return ExpectationResult(
-        text, line, passed, first.value if first else None, units.si(first.dimension) if first else ""
-    )
+    first, limits = values[0], tuple(v.value for v in values[1:])
+    metric = next((name.text for name in metrics_in(expectation.node)), "")
+    return ExpectationResult(text, line, passed, first.value, units.si(first.dimension),
+                             metric=metric, relations=relations, limits=limits)  # fmt: skip
 
 
 def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:
@@ -70,7 +84,7 @@ def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> Expec
     reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
     first = ", the number is of the first" if len(wrong) > 1 else ""
     reason = f"not met in the {several} {where}{first}" if wrong else reason
-    return ExpectationResult(own.text, own.line, own.passed, own.value, own.unit, reason, states=verdicts)
+    return replace(own, reason=reason, states=verdicts)
 
 
 class _NoValue(Exception):
@@ -118,7 +132,9 @@ class _Known:
         return Quantity(known.value, units.parse(known.unit).dimension)
 
 
-def _first_value(node: Any, evaluator: Evaluator) -> Quantity | None:
-    """What an expectation is about: the first operand of its comparison."""
+def _first_comparison(node: Any, evaluator: Evaluator) -> tuple[tuple[str, ...], list[Quantity]]:
+    """What an expectation is about: the relations of its first comparison, and the values of its operands."""
     comparison = next((n for n, _ in tree.walk(node) if isinstance(n, tree.Compare)), None)
-    return evaluator.quantity(comparison.operands[0]) if comparison else None
+    if comparison is None:
+        return (), []
+    return tuple(comparison.operators), [evaluator.quantity(operand) for operand in comparison.operands]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.front.load import checked
@@ -13,9 +13,10 @@ from softmark.interpreter.language.sources import Missing, locate, read
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.results.report import Report
-    from softmark.interpreter.study.compare import Comparison
-    from softmark.interpreter.study.stability.record import Stress
+    from softmark.interpreter.face.shown import RunReport, ShownComparison, ShownStress
+
+Parameter = Any  # a text such as "120 mm", a number where it has no unit, a quantity of pint
+TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that its `repr` names
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,26 @@ class LoadedScene:
         """Names of its models."""
         return tuple(self.scene.of_kind("model"))
 
-    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1) -> Report:
+    def __repr__(self) -> str:
+        from softmark.interpreter.results.prompt import cut, listed
+
+        own = [f"{kind}s {listed(list(known))}" for kind in TOLD if (known := self.scene.of_kind(kind))]
+        counts = {"expectation": len(self.scene.expectations), "warning": len(self.warnings)}
+        own += [f"{n} {noun}{'s' * (n != 1)}" for noun, n in counts.items() if n]
+        return f"<Scene {cut(self.title or self.scene.source.name)!r}: {'; '.join(own)}>"
+
+    def _repr_html_(self) -> str:
+        from softmark.interpreter.report.inline.scene import inline
+
+        return inline(self.scene, self.warnings)
+
+    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1, stated: bool = False) -> RunReport:
         """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
 
-        Models that do not converge are in the report with their status: look at it before their numbers.
+        With `stated` each model is asked what error it states itself, which costs about as much again.
+
+        A notebook shows what is being done until it is. Models that do not converge are in the report with their
+        status: look at it before their numbers.
         Raises SceneError if the scene cannot be built or a name in `models` is unknown, BadArgument, which is one, for
         an argument of another type or size.
         """
@@ -49,21 +66,25 @@ class LoadedScene:
         if models is not None and not only:
             raise arguments.BadArgument("`models` is empty; leave it out to run all models")
         arguments.count("repeat", repeat)
+        asked = () if arguments.flag("stated", stated) else None
+        from softmark.interpreter.face import progress
+        from softmark.interpreter.face.shown import RunReport
         from softmark.interpreter.run.options import Options, Sound
         from softmark.interpreter.run.pipeline import report_of
 
         if problems := unknown_models(self.scene, only):
             raise SceneError(problems)
-        return report_of(Sound(self.scene, self.warnings), Options(only=only, repeat=int(repeat), free=True))
+        with progress.line() as say:
+            options = Options(only=only, repeat=int(repeat), say=say, stated=asked, free=True)
+            return RunReport.showing(report_of(Sound(self.scene, self.warnings), options))
 
 
-def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: str | float) -> LoadedScene:
+def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
     """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    `parameters` replace those of the scene: texts, or numbers where they have no unit. `plugins` are files of
-    others, or names of installed ones, whose words it may use. Raises SceneError with every diagnostic if something is
-    wrong, BadArgument for a value of another type, FileNotFoundError if there is no such
-    scene.
+    `parameters` replace those of the scene: texts, quantities of pint, or numbers where they have no unit. `plugins`
+    are files of others, or names of installed ones, whose words it may use. Raises SceneError with every diagnostic if
+    something is wrong, BadArgument for a value of another type, FileNotFoundError if there is no such scene.
     """
     from softmark.interpreter.face.arguments import place
 
@@ -76,7 +97,7 @@ def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: 
     return _loaded(source, path.parent, path, parameters, plugins)
 
 
-def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: str | float) -> LoadedScene:
+def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
     """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
     from softmark.interpreter.face import arguments
 
@@ -94,7 +115,22 @@ def _loaded(
     from softmark.interpreter.face import arguments
 
     overrides = [arguments.override(name, value) for name, value in parameters.items()]
-    scene, diagnostics = checked(source, folder, file, overrides, plugins=arguments.places("plugins", plugins))
+    return loaded_of(source, folder, file, overrides, arguments.places("plugins", plugins))
+
+
+def loaded_of(
+    source: Source,
+    folder: Path,
+    file: Path | None,
+    overrides: Sequence[str],
+    plugins: Sequence[str],
+    only: Sequence[str] = (),
+) -> LoadedScene:
+    """The scene of a text with overrides as on the command line, `L=120 mm`. Raises SceneError.
+
+    With `only` what other models cannot do is no error.
+    """
+    scene, diagnostics = checked(source, folder, file, overrides, only, plugins)
     if any(d.severity == "error" for d in diagnostics) or scene is None:
         raise SceneError([d for d in diagnostics if d.severity == "error"])
     return LoadedScene(scene, tuple(diagnostics))
@@ -102,7 +138,7 @@ def _loaded(
 
 def compare(
     *scenes: str | Path | LoadedScene,
-    vary: Mapping[str, Sequence[str | float] | str | float] | None = None,
+    vary: Mapping[str, Sequence[Parameter] | Parameter] | None = None,
     models: str | Sequence[str] = (),
     study: str | None = None,
     folder: str | Path | None = None,
@@ -113,7 +149,7 @@ def compare(
     resume: bool = False,
     fresh: bool = False,
     allow_contaminated: bool = False,
-) -> Comparison:
+) -> ShownComparison:
     """Every model of some scenes under every setting of their studies: errors, times, and what they tell.
 
     `vary={"h": ["10 mm", "5 mm"]}` takes the place of the studies. `folder` keeps the journal that `resume` goes on
@@ -138,6 +174,8 @@ def compare(
     if folder is not None:
         arguments.place("folder", folder, "a folder")
 
+    from softmark.interpreter.face import progress
+    from softmark.interpreter.face.shown import ShownComparison
     from softmark.interpreter.study.compare import ComparisonRequest
     from softmark.interpreter.study.compare import compare as carry_out
     from softmark.interpreter.study.expansion.variations import SceneSubject, subject_of
@@ -146,12 +184,12 @@ def compare(
     for one in scenes:
         scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
         subjects.append(subject_of(scene, [s.name for s in subjects]))
-    with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory() as scratch, progress.line() as say:
         request = ComparisonRequest(
             Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
-            allow_contaminated, "softmark.compare",
+            allow_contaminated, "softmark.compare", say,
         )  # fmt: skip
-        return carry_out(subjects, request)
+        return ShownComparison.showing(carry_out(subjects, request))
 
 
 def stress(
@@ -164,7 +202,7 @@ def stress(
     memory: float = 4.0,
     resume: bool = False,
     fresh: bool = False,
-) -> Stress:
+) -> ShownStress:
     """Every model of a scene walked to its edges, by its stability studies, or along every number where it has none.
 
     `silent` of the result are the points that look right and are wrong. `folder` keeps the journal that `resume` goes
@@ -185,13 +223,15 @@ def stress(
     if folder is not None:
         arguments.place("folder", folder, "a folder")
 
+    from softmark.interpreter.face import progress
+    from softmark.interpreter.face.shown import ShownStress
     from softmark.interpreter.study.expansion.variations import subject_of
     from softmark.interpreter.study.stability.queue import StabilityRequest
     from softmark.interpreter.study.stability.queue import stress as carry_out
 
     loaded = scene if isinstance(scene, LoadedScene) else load(scene)
-    with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory() as scratch, progress.line() as say:
         request = StabilityRequest(
-            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress"
+            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress", say
         )
-        return carry_out(subject_of(loaded.scene), request)
+        return ShownStress.showing(carry_out(subject_of(loaded.scene), request))

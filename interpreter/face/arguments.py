@@ -93,17 +93,26 @@ def models(value: object) -> tuple[str, ...]:
 
 
 def override(name: str, value: object) -> str:
-    """`L=120 mm`: the value of a parameter, a text as on the command line, or a plain number. Raises BadArgument."""
+    """`L=120 mm`: the value of a parameter, a text as on the command line, a plain number or a quantity of pint.
+
+    Raises BadArgument.
+    """
+    from softmark.interpreter.face import quantities
+
     written = value if isinstance(value, str) else None
-    if isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(float(value)):
+    if quantities.is_quantity(value):
+        written = quantities.written(value)
+    elif isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(float(value)):
         written = repr(int(value)) if isinstance(value, Integral) else repr(float(value))
     if written is None:
-        refuse(name, value, 'a parameter: a text such as "120 mm", or a number where it has no unit')
+        refuse(name, value, 'a parameter: a text such as "120 mm", one quantity, or a number where it has no unit')
     return f"{name}={written}"
 
 
 def varied(value: object) -> tuple[str, ...]:
     """`h=10 mm,5 mm` for each entry of a mapping of names to values. Raises BadArgument."""
+    from softmark.interpreter.face.quantities import is_quantity
+
     wanted = 'a dict of names to values, such as {"h": ["10 mm", "5 mm"]}'
     if value is None:
         return ()
@@ -112,7 +121,7 @@ def varied(value: object) -> tuple[str, ...]:
     found = []
     for name, values in value.items():
         text("vary", name, wanted)
-        several = [values] if isinstance(values, str | Real) else values
+        several = [values] if isinstance(values, str | Real) or is_quantity(values) else values
         if not isinstance(several, Iterable) or isinstance(several, Mapping | bytes):
             refuse("vary", value, wanted)
         given = [override(name, v).partition("=")[2] for v in several]

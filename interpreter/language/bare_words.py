@@ -5,6 +5,7 @@ from __future__ import annotations
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import did_you_mean
 from softmark.grammar.suggest import nearest
+from softmark.interpreter.language.elsewhere import slip
 from softmark.interpreter.language.expressions import Place
 from softmark.interpreter.language.schema import Constructor, Field, article
 from softmark.interpreter.language.scope import Scope
@@ -26,7 +27,7 @@ def bare_word(scope: Scope, module: Module, field: Field, node: tree.Name, place
     declared = scope.names(module, [field.kind])
     if node.text in scope.table.vocabulary[field.kind] or nearest(node.text, declared):
         return None  # one that takes something, and the message about that
-    close = nearest(node.text, words)
+    close = slip(node.text, words)
     if close is None:
         return None
     raise place.fail("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",

@@ -14,6 +14,7 @@ from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, forms, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
+from softmark.interpreter.language.elsewhere import meaning, slip
 from softmark.interpreter.language.expressions import Bad, Place, Quantity, VectorValue, describe, words
 from softmark.interpreter.language.region_names import KIND, regions_of
 from softmark.interpreter.language.scene import Location
@@ -78,14 +79,14 @@ class Binder:
         if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
             raise self.place.fail("E730", node.function.span, *lost)
         meant = aliases.WORDS.get(name)
-        close = meant if meant in known else nearest(name, known)
+        close = meant if meant in known else slip(name, known)
         if others:
             other = others[0].kind
             message = f"`{name}` is {schema.article(other)} {other}, not {schema.article(kind)} {kind}"
             hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
         else:
             message = f"there is no {kind} `{name}`"
-            hint = did_you_mean(close) if close else f"{kind} constructors: {', '.join(known)}"
+            hint = did_you_mean(close) if close else meaning(name) or f"{kind} constructors: {', '.join(known)}"
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
         raise self.place.fail("E203", node.function.span, message, f"not {schema.article(kind)} {kind}", hint)
@@ -208,7 +209,7 @@ class Binder:
         """The field that a wrong name stands for: by what other programs call it, or by its letters."""
         names = [f.name for f in constructor.fields]
         meant = aliases.SYNONYMS.get(name) or aliases.SYNONYMS.get(name.lower())
-        return meant if meant in names else nearest(name, names)
+        return meant if meant in names else slip(name, names)
 
     @staticmethod
     def unit_hint(field: Field) -> str:
@@ -344,7 +345,7 @@ class Binder:
                 "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", write(word)
             )
         meant = aliases.CHOICES.get(word)
-        close = meant if meant in field.options else nearest(word, field.options)
+        close = meant if meant in field.options else slip(word, field.options)
         due = f"`{field.name}` is {field.expected}"
         hint = did_you_mean(close, more=f" {due}") if close else due
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
@@ -488,7 +489,7 @@ class Binder:
         if node.text in elements:
             return node.text
         meant = aliases.CELLS.get(node.text)
-        close = meant if meant in elements else nearest(node.text, elements)
+        close = meant if meant in elements else slip(node.text, elements)
         hint = did_you_mean(close) if close else "elements: " + ", ".join(elements)
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 

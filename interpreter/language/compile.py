@@ -17,6 +17,7 @@ from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, overrides, parameters, schema, sources
 from softmark.interpreter.language.calls import Binder
+from softmark.interpreter.language.elsewhere import meaning, slip
 from softmark.interpreter.language.expectations import Expectations
 from softmark.interpreter.language.expressions import Bad, Place, describe
 from softmark.interpreter.language.message_limit import Ledger
@@ -162,11 +163,12 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
     kinds = (*vocabulary, *STATEMENTS)
     meant = aliases.WORDS.get(node.kind, node.kind)
     made = next((c.kind for c in vocabulary.find(meant)), None)
-    close = meant if meant in kinds else nearest(node.kind, kinds)
+    close = meant if meant in kinds else slip(node.kind, kinds)
     if made:
         hint: str | Remedy = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
     else:
-        hint = did_you_mean(close) if close else "kinds of declarations: " + ", ".join(kinds)
+        known = meaning(node.kind) or "kinds of declarations: " + ", ".join(kinds)
+        hint = did_you_mean(close) if close else known
     place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
 
 
@@ -244,7 +246,7 @@ class Compiler:
         """`material soft = tissue.liver`: another name for the same thing."""
         known = module.prefix + name.text in self.table.symbols
         known_words = self.table.vocabulary[node.kind]
-        close = name.text if name.text in known_words else nearest(name.text, known_words)
+        close = name.text if name.text in known_words else slip(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
             raise module.place.fail(
                 "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",

@@ -172,13 +172,25 @@ class Scene:
 
 
 class SceneError(Exception):
-    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it."""
+    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it.
+
+    Its text is what a terminal shows; IPython and Jupyter show that and no traceback.
+    """
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
-        from softmark.grammar.diagnostic import render
-
         self.diagnostics = diagnostics
-        super().__init__("\n" + render(diagnostics, colour=False))
+        super().__init__(self._shown(colour=False))
+
+    def _shown(self, colour: bool) -> str:
+        """How many there are and where to read more, and then each."""
+        from softmark.grammar.diagnostic import render, summary
+
+        more = f"; more: dsl explain {self.diagnostics[0].code}" if self.diagnostics else ""
+        return f"{summary(self.diagnostics)}{more}\n\n{render(self.diagnostics, colour)}"
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows in place of a traceback."""
+        return [self._shown(colour=True) if self.diagnostics else f"{type(self).__name__}: {self}"]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.diagnostics,)

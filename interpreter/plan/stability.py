@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from softmark.grammar.diagnostic import Diagnostic, did_you_mean
-from softmark.grammar.suggest import nearest
+from softmark.interpreter.language.elsewhere import slip
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Location, Scene
 from softmark.interpreter.language.sweeps import SweepTarget
@@ -209,7 +209,7 @@ def _target(
 def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
     owner, _, attribute = name.rpartition(".")
     constructor = scene.declared[owner].constructor
-    close = nearest(attribute, [f.name for f in constructor.fields])
+    close = slip(attribute, [f.name for f in constructor.fields])
     fields = ", ".join(f.name for f in constructor.fields) or "none"
     help = did_you_mean(close, f"{owner}.{close}") if close else f"fields of `{constructor.name}`: {fields}"
     return diagnostic("E205", at, f"`{constructor.name}` has no field `{attribute}`", "not a field", help)

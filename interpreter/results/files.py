@@ -9,19 +9,19 @@ from pathlib import Path
 parts: set[str] = set()  # files that are being written under another name: an end by a signal takes them away
 
 
-def replace(path: Path, content: str) -> Path:
+def replace(path: Path, content: str | bytes) -> Path:
     """Write under another name in the same folder, then rename: nobody ever sees half a file. Raises OSError.
 
     What is no regular file, such as /dev/stdout or a pipe, is written to as it is.
     """
     if path.exists() and not path.is_file():
-        path.write_text(content, encoding="utf-8", errors="replace")
+        path.write_bytes(_encoded(content))
         return path
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
     parts.add(temporary)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as file:
-            file.write(content)
+        with os.fdopen(handle, "wb") as file:
+            file.write(_encoded(content))
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except BaseException:
@@ -30,6 +30,10 @@ def replace(path: Path, content: str) -> Path:
     finally:
         parts.discard(temporary)
     return path
+
+
+def _encoded(content: str | bytes) -> bytes:
+    return content if isinstance(content, bytes) else content.encode(errors="replace")
 
 
 def _umask() -> int:

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.results import prompt
 from softmark.interpreter.results.names import Names
 from softmark.interpreter.results.plain import clean as clean
 from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, Curve, curve_of
@@ -75,6 +76,9 @@ class ProbeResult:
     times: NDArray[np.float64] | None = None
     course: NDArray[np.float64] | None = None
     triangles: NDArray[np.int64] | None = None
+
+    def __repr__(self) -> str:
+        return prompt.probed(self)
 
     @property
     def position(self) -> NDArray[np.float64]:
@@ -170,6 +174,9 @@ class SeenCurve:
     band: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     known: NDArray[np.float64] | None = None
 
+    def __repr__(self) -> str:
+        return prompt.drawn(self)
+
     def to_json(self) -> dict[str, Any]:
         """As lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
@@ -197,6 +204,9 @@ class MetricResult:
     curve: SeenCurve | None = None
     doubt: str | None = None  # why what it is of, or measured from, may be no truth here
     states: tuple[float | None, ...] = ()  # its values in all states of the analysis; `value` is that of the last
+
+    def __repr__(self) -> str:
+        return prompt.measured(self)
 
     @property
     def meaningful(self) -> bool:
@@ -250,6 +260,10 @@ class ModelResult:
     constants: Any = None  # where they vary in space: what gives those of the cells of the mesh by name, SI, for files
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ModelResult, ...] = ()  # what came of it in each; the rest is that of the last (`states.py`)
+    kept: str = ""  # when it was computed (UTC), of one that was taken over from an earlier run
+
+    def __repr__(self) -> str:
+        return prompt.outcome(self)
 
     def curve(self, metric: str) -> Curve:
         """A metric from state to state. Raises KeyError for one that it does not have."""
@@ -271,6 +285,7 @@ class ModelResult:
         own |= {"reactions": clean(self.reactions)} if self.reactions else {}
         own |= {"contacts": clean(self.contacts)} if self.contacts else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
+        own |= {"kept": self.kept} if self.kept else {}
         return own | _in_each(self.states, self.each)
 
 
@@ -322,6 +337,10 @@ class ReferenceResult:
     states: tuple[float, ...] = ()  # of an analysis with several: their values, and
     each: tuple[ReferenceResult, ...] = ()  # what came of it in each; the rest is that of the last
     means: str = ""  # of a theory: by what it was solved
+    kept: str = ""  # when it was found (UTC), of one that was taken over from an earlier run
+
+    def __repr__(self) -> str:
+        return prompt.outcome(self)
 
     @property
     def about(self) -> str:
@@ -345,13 +364,17 @@ class ReferenceResult:
             "probes": {n: p.to_json() for n, p in self.probes.items()},
             "metrics": _measured(self.metrics, self.states),
             **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
+            **({"kept": self.kept} if self.kept else {}),
             **_in_each(self.states, self.each),
         }
 
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Whether an expectation was met; None, with a reason, where it could not be judged."""
+    """Whether an expectation was met; None, with a reason, where it could not be judged.
+
+    `value` is that of its first operand; it is compared with each of `limits`, in the same unit, by one of `relations`.
+    """
 
     text: str
     line: int
@@ -361,6 +384,10 @@ class ExpectationResult:
     reason: str | None = None
     left_out: bool = False  # what it is about was not chosen to run
     states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
+    about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
+    metric: str = ""  # `rod.eta`, the first that it names
+    relations: tuple[str, ...] = ()
+    limits: tuple[float, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -398,10 +425,18 @@ class Report:
     partial: bool = False
     names: Names = field(default_factory=Names)
 
+    def __repr__(self) -> str:
+        return prompt.told(self)
+
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:
         """Models, then references."""
         return (*self.models.values(), *self.references.values())
+
+    @property
+    def failures(self) -> tuple[ModelResult | ReferenceResult, ...]:
+        """Those of them that were tried and gave no answer."""
+        return tuple(o for o in self.outcomes if o.status not in (*ANSWERED, *LEFT_OUT))
 
     @property
     def exit_status(self) -> int:
@@ -409,7 +444,7 @@ class Report:
 
         Expectations about models that were not chosen to run do not count.
         """
-        if any(o.status not in (*ANSWERED, *LEFT_OUT) for o in self.outcomes):
+        if self.failures:
             return 3
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 

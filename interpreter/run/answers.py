@@ -11,6 +11,7 @@ from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.problem.case import Case, case_for, case_of
 from softmark.interpreter.problem.points import ProbePoints, place_of
 from softmark.interpreter.results.states import percent
+from softmark.interpreter.run.kept import NOTHING, Known, Told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,6 +46,12 @@ class Work:
     surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # of bodies, for pictures, in all states
     drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
     compiling: bool = False  # kernels, which is said once
+    number: int = 0  # of its state among all
+    known: Known = NOTHING  # what is taken over from an earlier run
+    taken: set[str] = field(default_factory=set)  # models and references whose results are
+    about: tuple[str, str] = ("", "")  # what is being done, and of which model: whose warnings come now
+    told: dict[tuple[str, str], list[Told]] = field(default_factory=dict)  # all warnings, by what they came of
+    doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)  # that each model met before it stated its error
 
     def case(self, declared: Declared) -> Case:
         """The case that a model or reference is about."""
@@ -64,8 +71,13 @@ class Work:
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
         return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
-    def warn(self, found: Sequence[Diagnostic], here: Sequence[Diagnostic] = ()) -> None:
-        """Keep warnings for the report, and show those that no state before had: of those `here` with their state."""
+    def warn(self, found: Sequence[Diagnostic], here: Sequence[Diagnostic] = (), once: bool = False) -> None:
+        """Keep warnings for the report, and show those that no state before had: of those `here` with their state.
+
+        Of those that are said `once`, what another model has met already is left out.
+        """
+        self.told.setdefault(self.about, []).append(Told(tuple(found), tuple(here), once))
+        found = [d for d in found if d not in self.warnings] if once else found
         new, where = [d for d in (*found, *here) if not self._said(d)], self.where.strip()
         self.warnings.extend((*found, *here))
         self.options.warn([replace(d, notes=(*d.notes, where)) if where and d in here else d for d in new])
@@ -92,7 +104,7 @@ def works_of(scene: Scene, plan: Plan, options: Options, warnings: Sequence[Diag
         return (Work(scene, plan, options, list(warnings)),)
     works: list[Work] = []
     for number, value in enumerate(states):
-        work = Work(in_state(scene, number), plan, options, list(warnings), state=value)
+        work = Work(in_state(scene, number), plan, options, list(warnings), state=value, number=number)
         if works:
             work.before, work.started = works[-1], works[0].started
             work.meshes, work.surfaces = works[0].meshes, works[0].surfaces

@@ -29,7 +29,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.reactions import AtRest, Touched
 from softmark.interpreter.results.report import ModelResult, Timing
 from softmark.interpreter.results.states import ANSWERED, LEFT_OUT, percent
-from softmark.interpreter.run import probes
+from softmark.interpreter.run import probes, taken
 from softmark.interpreter.run.answers import Work
 from softmark.solvers.base import ahead
 from softmark.solvers.mesh.filled import Enclosed
@@ -44,6 +44,9 @@ def prepare(work: Work) -> None:
     """Build every model; report everything that cannot be built at once. Raises SceneError."""
     faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
+        work.about = "prepare", name
+        if taken.begun(work, name):
+            continue
         declared = work.scene.declared[name]
         case = work.case(declared)
         work.options.say("prepare", f"{name}{work.where}")
@@ -61,6 +64,9 @@ def prepare(work: Work) -> None:
 
 def solve(work: Work, name: str) -> None:
     """Solve a model and keep what came of it."""
+    work.about = "solve", name
+    if taken.ended(work, name):
+        return
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _begun(work, name, prepared)
@@ -104,7 +110,7 @@ def solve(work: Work, name: str) -> None:
         at_rest=rest,
         vibrations=solution.vibrations,
     )
-    work.warn([d for d in unresolved(work.scene, work.views[name], prepared) if d not in work.warnings])
+    work.warn(unresolved(work.scene, work.views[name], prepared), once=True)
     if case.contacts:
         from softmark.interpreter.evidence.contact_notes import contradicted, cut_in, held_off
 
@@ -235,7 +241,7 @@ def state(work: Work) -> None:
     from softmark.interpreter.evidence.error_estimate import stated
 
     for name, result in list(work.models.items()):
-        if name in asked or work.options.free:
+        if name not in work.taken and (name in asked or work.options.free):
             work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings, work.views

@@ -18,7 +18,7 @@ from softmark.interpreter.run.answers import Work
 
 def place(work: Work) -> None:
     """Find the points of every probe; report all that cannot be found. Raises SceneError."""
-    plan, faults = work.plan, []
+    plan, faults, work.about = work.plan, [], ("place", "")
     bodies = {work.case(work.scene.declared[name]).body.name: None for name in (*plan.models, *plan.references)}
     for probe in (probe for body in bodies for probe in work.probes(body)):
         try:

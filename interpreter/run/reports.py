@@ -54,7 +54,7 @@ def _measure(work: Work, partial: bool, coloured: bool = False) -> None:
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
         for name, result in kept.items():
-            if partial and result.metrics:
+            if name in work.taken or (partial and result.metrics):
                 continue
             before = [w.views for w in work.earlier]
             metrics, errors = metrics_of(work.scene, work.views[name], work.views, before, work.plan.models)

@@ -2,8 +2,9 @@
 
 `dataclasses.dataclass(frozen=True)` compiles six methods of every class, used or not: 0.5 ms a class, and a vocabulary
 has hundreds. Here they are closures, and `__init__` is compiled when the first object of the class is made. What they
-do is the same, and so is all else: `fields`, `replace`, `asdict`, `__match_args__`, inheritance either way. What is not
-plainly frozen (slots, order, mutable classes, methods of its own under these names) goes to the standard library.
+do is the same, and so is all else: `fields`, `replace`, `asdict`, `__match_args__`, inheritance either way, and a
+`__repr__` of the class's own. What is not plainly frozen (slots, order, mutable classes, other methods of its own under
+these names) goes to the standard library.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ else:
         return _frozen
 
 
-_OWN = {"__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__", "__slots__"}
+_OWN = {"__init__", "__eq__", "__hash__", "__setattr__", "__delattr__", "__slots__"}
 _GIVEN = object()  # stands for a value that a factory makes
 
 
@@ -41,7 +42,8 @@ def _frozen(cls: type[Any]) -> type[Any]:
     dataclasses.dataclass(init=False, repr=False, eq=False, frozen=derived)(cls)
     told: Any = cls
     told.__init__ = _Init(cls)
-    told.__repr__ = _repr(cls)
+    if "__repr__" not in vars(cls):
+        told.__repr__ = _repr(cls)
     told.__eq__, told.__hash__ = _comparing(cls)
     if not derived:
         told.__setattr__, told.__delattr__ = _fixed(cls)

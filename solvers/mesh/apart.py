@@ -108,7 +108,8 @@ class Apart(Shape):
         return None if None in both else (*both[0], *both[1])
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Both meshes, one after the other, uncut. Raises UnknownElement."""
+        """Both meshes, one after the other, uncut. Raises UnknownElement, UnreadableMesh where they overlap."""
+        from softmark.solvers.mesh.files.flaws import UnreadableMesh, at, overlap
         from softmark.solvers.mesh.mesh import Mesh
 
         a, b = (shape.mesh(kind, by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
@@ -116,7 +117,13 @@ class Apart(Shape):
         skin = None
         if a.skin is not None or b.skin is not None:
             skin = np.concatenate([a.facets, b.facets + len(a.points)])
-        return Mesh(points, cells, a.kind, skin)
+        made = Mesh(points, cells, a.kind, skin)
+        if (found := overlap(made)) is not None:
+            raise UnreadableMesh(
+                f"the shapes that `apart(...)` is to hold apart overlap: {at(found[0])} lies in both",
+                "E569", "move one of them: matter there would count twice",
+            )  # fmt: skip
+        return made
 
     def surface(self, size: float) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of both surfaces, outward."""

@@ -104,6 +104,28 @@ def test_what_was_measured_of_an_earlier_text_says_so_wherever_its_line_is_now(m
     assert "hangs-report/report.json" in hint[0].tooltip.value
 
 
+def test_what_a_metric_says_of_its_own_value_is_there(tmp_path: Path) -> None:
+    metrics = {
+        "clock": {"value": 1.5, "unit": "1", "verdict": False},
+        "gap": {"value": 1e-6, "unit": "m", "uncertainty": 1e-3, "meaningful": False},
+        "off": {"value": None, "unit": "m", "reason": "nothing moved"},
+    }
+    report = {
+        "schema": "softmark-report/1", "expectations": [], "references": {},
+        "scene": {"file": "a.scene", "sha256": "", "overrides": ["L=3mm"]}, "models": {"m": {"metrics": metrics}},
+    }  # fmt: skip
+    (tmp_path / "a-report").mkdir()
+    (tmp_path / "a-report/report.json").write_text(json.dumps(report), encoding="utf-8")
+    text = "metric clock = realtime()\nmetric gap = g()\nmetric off = f()\nmetric none = f()\n"
+    found = beside(marked(text, tmp_path, "a.scene").document)
+    earlier = "of an earlier text, with L=3mm: m"
+    assert found == {
+        "metric clock = realtime()": f"{earlier} 150\u00a0%, NOT in time",
+        "metric gap = g()": f"{earlier} 1\u00a0µm, within the uncertainty of the reference",
+        "metric off = f()": f"{earlier} no value: nothing moved",
+    }
+
+
 def test_a_report_above_the_scene_is_found_and_one_of_another_scene_or_in_pieces_is_not(
     measured: Path, tmp_path: Path
 ) -> None:

@@ -11,8 +11,9 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.report.board.comment import comment
 from softmark.interpreter.report.board.matrix import matrix
-from softmark.interpreter.study.board.against import Foreign, changed, markdown, read
+from softmark.interpreter.study.board.against import Foreign, changed, read
 from softmark.interpreter.study.board.cells import Board, CaseCard, Cell, ModelCard, verdict
 from softmark.interpreter.study.board.merits import merits
 from softmark.interpreter.study.board.profiles import error_profiles, profiles, relative, time_profiles
@@ -111,15 +112,15 @@ def test_the_difference_of_two_boards_is_a_table() -> None:
     cells[1] = replace(cells[1], time_s=2.5)  # noise
     cells[5] = replace(cells[5], error=0.05, verdict="met")
     new = board([*cells[:7], cell("t", "c", 0.1)])
-    rows = [line for line in markdown(WORKED, new).splitlines() if line.startswith("| ")][2:]
+    rows = [line for line in comment(WORKED, new).splitlines() if line.startswith("| ")][2:]
     assert rows == [
         "| p | a (`a`) | 5 %, 1 s | 6 %, 1 s | error × 1.2 |",
         "| r | b (`b`) | 50 %, 1 s | 5 %, 1 s | not met → met |",
         "| t | c (`c`) | – | 10 % | new |",
         "| s | b (`b`) | failed | – | gone |",
     ]
-    assert "8 cells, 5 as before, 4 changed" in markdown(WORKED, new)
-    assert "0 changed" in markdown(WORKED, WORKED)
+    assert "8 cells, 5 as before, 4 changed" in comment(WORKED, new)
+    assert "0 changed" in comment(WORKED, WORKED)
 
 
 def test_what_a_reference_cannot_tell_is_no_change() -> None:

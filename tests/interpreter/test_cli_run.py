@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+import softmark
 from softmark.interpreter.cli.main import main
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]
@@ -78,7 +79,7 @@ def test_exit_status(tmp_path: Path, extra: str, status: int) -> None:
 def test_report_files_lie_in_a_folder_named_after_the_scene(tmp_path: Path) -> None:
     done = dsl("run", written(tmp_path, SMALL), cwd=tmp_path)
     folder = tmp_path / "my-report"
-    assert sorted(f.name for f in folder.iterdir()) == ["report.html", "report.json"]
+    assert sorted(f.name for f in folder.iterdir()) == ["kept", "report.html", "report.json"]
     assert "my-report" in done.stdout
     assert json.loads((folder / "report.json").read_text())["models"]["rod"]["status"] == "converged"
 
@@ -207,8 +208,12 @@ def test_new_scenes_come_with_what_they_read(tmp_path: Path) -> None:
     printed = dsl("new", "pull", cwd=tmp_path)
     assert "`dsl new pull --out DIR` writes both" in printed.stderr
     assert printed.stdout == (tmp_path / "mine" / "pull.scene").read_text()
-    names = [line.split()[0] for line in dsl("new", "--list", cwd=tmp_path).stdout.splitlines()]
+    listed = dsl("new", "--list", cwd=tmp_path).stdout
+    names = [line.partition(":")[0] for line in listed.splitlines() if line and not line.startswith(" ")]
     assert {"beam", "pull", "press", "inclusion", "actuator", "organ", "network"} <= set(names)
+    assert "pull: My pull test: a law against a measured curve of force over travel\n  A strip is gripped" in listed
+    assert "  writes pull.scene, pull.csv\n" in listed
+    assert dsl("new", "pull", "--list", cwd=tmp_path).stdout in listed
 
 
 def test_fmt_writes_only_what_it_can_keep(tmp_path: Path) -> None:
@@ -222,32 +227,6 @@ def test_fmt_writes_only_what_it_can_keep(tmp_path: Path) -> None:
     assert (tmp_path / name).read_text() == "param L = = 3 mm\n"
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_scripts_are_printed(tmp_path: Path, shell: str) -> None:
-    done = dsl("completion", shell, cwd=tmp_path)
-    assert done.returncode == 0
-    assert "silicone-beam" in done.stdout
-
-
-def test_bash_completes_scenes(tmp_path: Path) -> None:
-    script = dsl("completion", "bash", cwd=tmp_path).stdout
-    probe = 'COMP_WORDS=(dsl run stiff); COMP_CWORD=2; _dsl; echo "${COMPREPLY[@]}"'
-    done = subprocess.run(
-        ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path
-    )
-    assert done.stdout.split() == ["stiff-cantilever"]
-
-
-def test_bash_completes_what_commands_take(tmp_path: Path) -> None:
-    script = dsl("completion", "bash", cwd=tmp_path).stdout
-    for command, option in (("run", "--stated"), ("list", "--library"), ("new", "--out"), ("explain", "--plugin")):
-        probe = f'COMP_WORDS=(dsl {command} {option[:4]}); COMP_CWORD=2; _dsl; echo "${{COMPREPLY[@]}}"'
-        done = subprocess.run(
-            ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True, cwd=tmp_path
-        )
-        assert option in done.stdout.split(), command
-
-
 def test_junit_file(tmp_path: Path) -> None:
     name = written(tmp_path, SMALL + "expect rod.eta < 10 %\nexpect rod.eta > 10 %\n")
     done = dsl("run", name, "--junit", "junit.xml", cwd=tmp_path)
@@ -256,6 +235,18 @@ def test_junit_file(tmp_path: Path) -> None:
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("4", "1", "0")
     (failure,) = suite.findall("*/failure")
     assert "rod.eta > 10 %" in str(failure.get("message"))
+    known = {case.get("name"): properties(case) for case in suite.findall("testcase")}
+    missed = known["rod.eta > 10 %"]
+    assert {key: missed[key] for key in ("metric", "unit", "relation", "limit", "reference")} == {
+        "metric": "rod.eta", "unit": "1", "relation": ">", "limit": "0.1", "reference": "theory",
+    }  # fmt: skip
+    assert known["rod converges"]["eta"] == missed["value"]
+    assert float(missed["stated_error"]) > 0
+    assert properties(suite)["softmark"] == softmark.__version__
+
+
+def properties(element: ElementTree.Element) -> dict[str | None, str]:
+    return {p.get("name"): str(p.get("value")) for p in element.findall("properties/property")}
 
 
 def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:

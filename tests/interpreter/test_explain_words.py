@@ -8,27 +8,12 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary.absent import ABSENT
 from softmark.interpreter.dictionary.examples import sample
-from softmark.interpreter.dictionary.words import constructors, page
+from softmark.interpreter.dictionary.words import constructors
 from softmark.interpreter.language import units
 from softmark.interpreter.language.schema import Constructor
 from softmark.solvers.materials import WORDS
 from softmark.solvers.mesh.shapes import SHAPES
-
-FAR = {  # words of mechanics, and what is near them by letters alone
-    "cable": "table", "report": "import", "roller": "solver",
-    "tri": "mri", "mse": "mae", "held": "clamp", "diameter": "called `radius`",
-    "shell": "spell", "rotor": "motor",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("word", "other"), FAR.items())
-def test_a_word_of_another_meaning_is_not_proposed(word: str, other: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", word]) == 2
-    said = capsys.readouterr()
-    assert other not in said.err + said.out
-    assert "did you mean" not in said.err
 
 
 @pytest.mark.parametrize(("slip", "meant"), [
@@ -40,15 +25,6 @@ def test_a_slip_of_the_finger_is_mended(slip: str, meant: str, capsys: pytest.Ca
     main(["explain", slip])
     said = capsys.readouterr()
     assert meant in said.err + said.out
-
-
-def test_what_is_not_here_is_said_to_be_absent(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "collision"]) == 2
-    assert "a `contact` keeps bodies apart" in capsys.readouterr().err
-
-
-def test_what_is_said_to_be_absent_is() -> None:
-    assert [word for word in ABSENT if page(word)] == []
 
 
 @pytest.mark.parametrize(("field", "said"), [

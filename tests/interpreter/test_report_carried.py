@@ -19,7 +19,7 @@ from browser import TIMED, browse, needs_chromium, noted
 from tubes import tube
 
 import softmark
-from softmark.interpreter.report.page.document import _part
+from softmark.interpreter.report.page.document import part
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.view3d.carried import scale_over
 from softmark.interpreter.report.view3d.surfaces import thinned
@@ -77,9 +77,9 @@ def test_a_page_without_stress_has_nothing_of_it() -> None:
     assert "carried" in rich
     assert "// with" not in plain
     for name in ("raster.js", "shapes_controls.js", "shapes.js"):
-        assert _part(name) in plain
-        assert "carried" not in _part(name)
-    assert "carried" in _part("shapes.js", ("carried.js",))
+        assert part(name) in plain
+        assert "carried" not in part(name)
+    assert "carried" in part("shapes.js", ("carried.js",))
 
 
 def shapes_with_and_without() -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import re
 from collections import Counter
 from collections.abc import Callable
@@ -15,6 +16,8 @@ import numpy as np
 import pytest
 from scene_names import names_in
 
+from softmark.interpreter.report.inline.run import inline
+from softmark.interpreter.report.inline.shell import LARGEST
 from softmark.interpreter.report.page.document import POLICY
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
@@ -251,6 +254,54 @@ def test_size(page: str, request: pytest.FixtureRequest) -> None:
 def test_scripts_are_small(name: str, limit: int) -> None:
     script = files("softmark.interpreter.report.page").joinpath(name).read_text(encoding="utf-8")
     assert len(script.encode()) < limit
+
+
+# ------------------------------------------------------------------ within a notebook
+
+
+@pytest.fixture(scope="module", params=[*CASES, "silicone-beam"])
+def shown(request: pytest.FixtureRequest) -> str:
+    return inline(request.getfixturevalue("silicone") if request.param == "silicone-beam" else CASES[request.param]())
+
+
+def test_what_a_notebook_shows_stands_alone_and_is_small(shown: str, parsed: Parsed) -> None:
+    tree = parsed(shown)
+    assert (tree.count("script"), tree.count("link"), tree.count("img")) == (0, 0, 0)  # but within the frame
+    assert not [attrs for _, attrs in tree.tags if "id" in attrs or attrs.get("href", "").startswith("#")]
+    assert "http://" not in shown.replace(html.escape(HOSTILE), "").replace("http://evil.example", "")
+    assert len(shown) < LARGEST
+    assert len(shown) < 700_000
+    for frame in tree.all("iframe"):
+        assert f'content="{html.escape(POLICY)}"' in frame["srcdoc"]
+        assert parsed(frame["srcdoc"]).count("canvas") > 0
+    assert not re.search(r"\b(nan|NaN|inf|Infinity|None)\b", tree.text.replace(HOSTILE, ""))
+
+
+def test_verdicts_come_before_numbers_and_these_before_shapes(silicone: Report) -> None:
+    found = inline(silicone)
+    assert len(repr(silicone)) < 400
+    assert all(len(repr(result)) < 200 for result in silicone.outcomes)
+    places = [found.index(mark) for mark in ('class="verdict good"', 'class="verdicts"', 'class="results"', "<iframe")]
+    assert places == sorted(places)
+    assert "rod" in found
+    assert "eta" in found
+    assert "<noscript" not in found.split("<iframe")[0]
+
+
+def test_hostile_text_stays_text_within_a_notebook(parsed: Parsed) -> None:
+    found = inline(hostile())
+    assert "<script" not in found
+    assert "<img" not in found
+    assert "alert(1)" in parsed(found).text
+
+
+def test_of_many_rows_the_first_are_shown_and_what_is_not_met_first() -> None:
+    judged = [ExpectationResult(f"a.eta < {n} %", n, n != 90, 0.05, "1") for n in range(1, 101)]
+    found = inline(report(*(model(f"m{n}") for n in range(60)), expectations=tuple(judged)))
+    assert "a.eta &lt; 90 %" in found
+    assert "60 more expectations are in" in found
+    assert "21 more rows are in" in found
+    assert len(found) < 200_000
 
 
 # ------------------------------------------------------------------ escaping

@@ -22,7 +22,7 @@ from tubes import tube
 
 from softmark.interpreter.report.charts.colours import VIRIDIS, viridis
 from softmark.interpreter.report.files import files as disk
-from softmark.interpreter.report.page.document import _part
+from softmark.interpreter.report.page.document import part
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.run.tables.metric_details import unit_of
@@ -228,7 +228,7 @@ def test_colours_rise_in_lightness_and_the_script_has_the_same() -> None:
 
     levels = [luma(t / 20) for t in range(21)]
     assert all(b > a for a, b in pairwise(levels))
-    script = _part("raster.js")
+    script = part("raster.js")
     numbers = re.search(r"VIRIDIS = \[(.*?)\];", script, re.S)
     assert numbers
     found = [float(v) for v in re.findall(r"-?\d+\.\d+", numbers[1])]

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from softmark.interpreter.plan.quantities import WalkedQuantity
+from softmark.interpreter.report.inline.stability import inline
 from softmark.interpreter.report.page.document import POLICY
 from softmark.interpreter.report.stability.page import again, page
 from softmark.interpreter.report.stability.view import ruler, shown, told
@@ -151,3 +152,11 @@ def test_a_point_says_its_error_and_what_the_model_states() -> None:
 def test_a_command_is_quoted_for_a_shell() -> None:
     own = replace(point("tets", "silent", 0.4, rubber_poisson=0.4999), texts={"tip.total": "(0, 0, -1) N"})
     assert again("my beam.scene", own) == "dsl run 'my beam.scene' -p 'tip.total=(0, 0, -1) N' --model tets"
+
+
+def test_a_notebook_shows_what_is_wrong_first_and_no_markup_of_a_scene(parsed: Parsed) -> None:
+    found = inline(made_of(silent=True, hostile=HOSTILE))
+    assert found.index("dsl run beam.scene") < found.index('class="edges"') < found.index("<iframe")
+    assert "alert(1)</script>" not in found.split("<iframe")[0]
+    assert parsed(found).count("script") == 0
+    assert "inaccurate as stated from 0.4999" in parsed(found).text

@@ -134,14 +134,14 @@ def _shelve(
     title: str, cases: list[BoardCase], found: Comparison, old: Board | None, folder: Path, parsed: argparse.Namespace
 ) -> int:
     """Write the site and say what it shows; the exit status."""
+    from softmark.interpreter.report.board.comment import comment
     from softmark.interpreter.report.board.page import page
-    from softmark.interpreter.study.board.against import markdown
     from softmark.interpreter.study.board.cells import board_of
 
     board = board_of(title, cases, found.found.points, found.to_json())
     text = json.dumps(board.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     files = {"board.json": lambda: text, "index.html": lambda: page(board, found.found)}
-    changes = None if old is None else markdown(old, board)
+    changes = None if old is None else comment(old, board)
     if changes is not None:
         files["against.md"] = lambda: changes
     sound = shelved(files, text, folder, parsed)

@@ -3,45 +3,39 @@
 from __future__ import annotations
 
 import argparse
-import json
 
-from softmark.interpreter.cli.commands.options import override_option, plugin_option
+from softmark.interpreter.cli.commands.options import diagnostics_option, override_option, plugin_option
 from softmark.interpreter.cli.commands.scenes import has_errors, load, show
+from softmark.interpreter.dictionary.formats import FORMATS, Told, rendered
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE... [--diagnostics text|json] [-p NAME=VALUE]"""
+    """FILE... [--diagnostics text|json|github|sarif] [-p NAME=VALUE]"""
     parser.add_argument(
         "files", nargs="+", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
     )
     override_option(parser)
     plugin_option(parser)
-    parser.add_argument(
-        "--diagnostics",
-        choices=("text", "json"),
-        default="text",
-        help="json: one object a line on standard output",
-    )
+    diagnostics_option(parser, *FORMATS)
 
 
 def run(parsed: argparse.Namespace) -> int:
     """0 if no scene has an error, else 2."""
     from softmark.grammar.diagnostic import visible
 
-    status = 0
+    status, told = 0, []
     for name in parsed.files:
         scene, found = load(name, parsed.overrides, plugins=parsed.plugins)
-        if parsed.diagnostics == "json":
-            from softmark.grammar.diagnostic import to_json
-
-            for diagnostic in found:
-                print(json.dumps(to_json(diagnostic), ensure_ascii=False))
-        else:
+        if parsed.diagnostics == "text":
             show(found)
+        else:
+            told += [Told(name, diagnostic) for diagnostic in found]
         if scene is None or has_errors(found):
             status = 2
         elif parsed.diagnostics == "text":
             print(visible(f"{name}: {_contents(scene)}"))
+    if parsed.diagnostics != "text":
+        print(rendered(parsed.diagnostics, told), end="")
     return status
 
 

@@ -41,6 +41,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         help="folder for compare.html, compare.json and journal.jsonl"
                         " (default: NAME-comparison)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
+    comment = "of two JSON files: write what has changed to FILE, as a comment of a pull request; - is standard output"
+    parser.add_argument("--markdown", metavar="FILE", help=comment)
     work_options(parser)
 
 
@@ -69,6 +71,9 @@ def run(parsed: argparse.Namespace) -> int:
             return _changes(parsed)
         print("error: to see what has changed, give two JSON files and nothing else", file=sys.stderr)
         return 2
+    if parsed.markdown is not None:
+        print("error: `--markdown` says what has changed between two JSON files; give it two", file=sys.stderr)
+        return 2
     from softmark.interpreter.cli.commands.progress import Progress
 
     progress = Progress(sys.stderr)
@@ -85,10 +90,13 @@ def _changes(parsed: argparse.Namespace) -> int:
 
     from softmark.interpreter.cli.commands.collisions import collision
     from softmark.interpreter.report.compare.changes import changes_table
+    from softmark.interpreter.report.compare.comment import comment
     from softmark.interpreter.study.analysis import changes
 
+    asked = {"--json": parsed.json, "--markdown": parsed.markdown}
     given = [("a result that is compared", Path(name)) for name in parsed.files]
-    if parsed.json not in (None, "-") and (problem := collision([("--json", Path(parsed.json))], given)):
+    files = [(option, Path(name)) for option, name in asked.items() if name not in (None, "-")]
+    if problem := collision(files, given):
         print(problem, file=sys.stderr)
         return 2
     try:
@@ -97,10 +105,14 @@ def _changes(parsed: argparse.Namespace) -> int:
     except changes.Foreign as foreign:
         print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
-    if parsed.json is None:
+    texts = {
+        "--json": lambda: json.dumps(found.to_json(), indent=1, ensure_ascii=False) + "\n",
+        "--markdown": lambda: comment(found),
+    }
+    if all(name is None for name in asked.values()):
         print(changes_table(found, sys.stdout.isatty()))
-        return 0
-    return 0 if written(parsed.json, json.dumps(found.to_json(), indent=1, ensure_ascii=False) + "\n") else 3
+    sound = [written(name, texts[option](), option) for option, name in asked.items() if name is not None]
+    return 0 if all(sound) else 3
 
 
 # ------------------------------------------------------------------ scenes

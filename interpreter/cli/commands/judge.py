@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
-from softmark.interpreter.cli.commands.options import folder, override_option, plugin_option
+from softmark.interpreter.cli.commands.options import diagnostics_option, folder, override_option, plugin_option
 
 if TYPE_CHECKING:
     from softmark.interpreter.run.options import Text
@@ -40,6 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
+    diagnostics_option(parser, "github")
 
 
 def run(parsed: argparse.Namespace) -> int:

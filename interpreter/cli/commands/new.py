@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import dataclass
+from itertools import dropwhile, takewhile
 from pathlib import Path
 
 from softmark.grammar.diagnostic import visible
@@ -13,12 +15,43 @@ from softmark.scenes import ROOT
 FOLDER = ROOT / "templates"
 
 
+@dataclass(frozen=True)
+class Template:
+    """A commented scene, and the files that it reads, which lie beside it under its name."""
+
+    scene: Path
+
+    @property
+    def beside(self) -> list[Path]:
+        """The files that it reads."""
+        return sorted(f for f in FOLDER.glob(f"{self.scene.stem}.*") if f != self.scene)
+
+    @property
+    def title(self) -> str:
+        """What it says of itself behind the word `scene`."""
+        return next(line.partition('"')[2].rstrip('"') for line in self._lines() if line.startswith("scene "))
+
+    @property
+    def about(self) -> list[str]:
+        """The comment below its title: what it shows, and what to put in its place."""
+        below = dropwhile(lambda line: not line.startswith("#"), self._lines())
+        return [line.removeprefix("# ") for line in takewhile(lambda line: line.startswith("#"), below)]
+
+    def _lines(self) -> list[str]:
+        return self.scene.read_text(encoding="utf-8").splitlines()
+
+
+def templates() -> dict[str, Template]:
+    """Those that come along, by name."""
+    return {file.stem: Template(file) for file in sorted(FOLDER.glob("*.scene"))}
+
+
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[TEMPLATE]"""
+    """[TEMPLATE] [--list] [--out DIR]"""
     parser.add_argument(
-        "template", nargs="?", default="beam", help="a template (default: beam); `dsl new --list` names them"
+        "template", nargs="?", help="a template (default: beam); `dsl new --list` says what each shows and writes"
     )
-    parser.add_argument("--list", action="store_true", help="name the templates")
+    parser.add_argument("--list", action="store_true", help="what the templates show, and which files they write")
     parser.add_argument(
         "--out", metavar="DIR", type=Path, help="write the scene and the files that it reads there, not to the terminal"
     )
@@ -26,32 +59,29 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Print a commented scene, `dsl new > my.scene`, or write it with the files that it reads."""
-    templates = {p.stem: p for p in sorted(FOLDER.glob("*.scene"))}
-    if parsed.list:
-        width = max(map(len, templates))
-        for name, file in templates.items():
-            print(f"{name:{width}} {_title(file)}")
-        return 0
-    if parsed.template not in templates:
-        close = nearest(parsed.template, templates)
-        hint = f"did you mean `{close}`?" if close else "templates: " + ", ".join(templates)
+    known = templates()
+    if parsed.template is not None and parsed.template not in known:
+        close = nearest(parsed.template, known)
+        hint = f"did you mean `{close}`?" if close else "templates: " + ", ".join(known)
         print(visible(f"error: there is no template `{parsed.template}`; {hint}"), file=sys.stderr)
         return 2
-    scene = templates[parsed.template]
-    beside = sorted(f for f in FOLDER.glob(f"{scene.stem}.*") if f != scene)
+    if parsed.list:
+        print("\n\n".join(_told(name, known[name]) for name in known if parsed.template in (None, name)))
+        return 0
+    chosen = known[parsed.template or "beam"]
     if parsed.out is not None:
-        return _written([scene, *beside], parsed.out)
-    sys.stdout.write(scene.read_text(encoding="utf-8"))
-    if beside:
-        names = " and ".join(f.name for f in beside)
-        print(f"it reads {names}: `dsl new {scene.stem} --out DIR` writes both", file=sys.stderr)
+        return _written([chosen.scene, *chosen.beside], parsed.out)
+    sys.stdout.write(chosen.scene.read_text(encoding="utf-8"))
+    if chosen.beside:
+        names = " and ".join(f.name for f in chosen.beside)
+        print(f"it reads {names}: `dsl new {chosen.scene.stem} --out DIR` writes both", file=sys.stderr)
     return 0
 
 
-def _title(scene: Path) -> str:
-    """What a template says of itself behind the word `scene`."""
-    lines = scene.read_text(encoding="utf-8").splitlines()
-    return next(line.partition('"')[2].rstrip('"') for line in lines if line.startswith("scene "))
+def _told(name: str, template: Template) -> str:
+    """What a template shows, and what it writes."""
+    files = ", ".join(f.name for f in (template.scene, *template.beside))
+    return "\n".join([f"{name}: {template.title}", *(f"  {line}" for line in template.about), f"  writes {files}"])
 
 
 def _written(files: list[Path], folder: Path) -> int:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from softmark.interpreter.dictionary.formats import FORMATS
+
 
 def scene_options(parser: argparse.ArgumentParser) -> None:
     """FILE [-p NAME=VALUE]... [--model NAME]..."""
@@ -30,3 +32,10 @@ def override_option(parser: argparse.ArgumentParser) -> None:
     """[-p NAME=VALUE]..."""
     meaning = "replace a parameter or a field"
     parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help=meaning)
+
+
+def diagnostics_option(parser: argparse.ArgumentParser, *formats: str) -> None:
+    """[--diagnostics text|...]"""
+    means = "; ".join(f"{name}: {FORMATS[name]}" for name in formats)
+    said = f"how to say what is wrong; text: on standard error, for people (default); on standard output, {means}"
+    parser.add_argument("--diagnostics", choices=("text", *formats), default="text", help=said)

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.cli.commands.options import folder, scene_options
+from softmark.interpreter.cli.commands.options import diagnostics_option, folder, scene_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -16,19 +16,25 @@ if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.report_folder import Shelf
     from softmark.interpreter.results.report import Report
     from softmark.interpreter.run.options import Text
+    from softmark.interpreter.run.taken import Keeper
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]"""
+    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]
+    [--fresh] [--watch] ..."""
     scene_options(parser)
     parser.add_argument(
         "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
+    diagnostics_option(parser, "github")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
     stated = "say what error each model states itself, from a finer space over its cells and its own state"
     parser.add_argument("--stated", action="store_true", help=stated)
+    fresh = "compute everything, also what an earlier run in the same folder has found and nothing has changed of"
+    parser.add_argument("--fresh", action="store_true", help=fresh)
+    parser.add_argument("--watch", action="store_true", help="run again whenever the scene or a file of it is saved")
     parser.add_argument("--repeat", type=_count, default=1, metavar="N", help="time each solution N times")
 
 
@@ -42,6 +48,10 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
     """Run the scene, or what `reading` gives; the exit status is that of its report. `reading` may raise Unread."""
     from softmark.interpreter.cli.commands.progress import Progress
 
+    if reading is None and parsed.watch:
+        from softmark.interpreter.cli.commands.watching import watch
+
+        return watch(parsed)
     progress = Progress(sys.stderr)
     progress.say("start", f"running {parsed.file}")  # before anything is imported or read
     try:
@@ -53,13 +63,17 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
 def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], Text] | None) -> int:
     from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
     from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
+    from softmark.interpreter.dictionary.formats import Told, rendered
     from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.run.options import Options, Text
     from softmark.interpreter.run.pipeline import report_of
 
     def warn(found: Sequence[Diagnostic]) -> None:
         progress.clear()
-        show(found)
+        if parsed.diagnostics == "text":
+            show(found)
+        else:
+            _annotate(rendered("github", [Told(parsed.file, d) for d in found]), parsed)
 
     shelf = Shelf(parsed)
     stated = () if parsed.stated else None
@@ -67,7 +81,7 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
                       free=True, beside=True)  # fmt: skip
     try:
         text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
-        report = report_of(text, options)
+        report = report_of(text, options, None if reading else _keeper(parsed, shelf, progress))
     except Unread as unread:
         warn([unread.diagnostic])
         return 2
@@ -91,6 +105,18 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
     return _shown(report, parsed, shelf)
 
 
+def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Keeper:
+    """What knows the results of earlier runs; meshes, which `--vtu` writes, are not among them."""
+    from softmark.grammar.diagnostic import visible
+    from softmark.interpreter.study.kept.keeper import Keeper
+
+    def remark(text: str) -> None:
+        progress.clear()
+        print(visible(text), file=sys.stderr)
+
+    return Keeper(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
+
+
 def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
     """The finished report written and printed; the exit status."""
     from softmark.grammar.diagnostic import visible
@@ -101,4 +127,13 @@ def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
         print(terminal.table(report, sys.stdout.isatty()))
         if written:
             print(f"\nreport: {visible(written)}")
+    if parsed.diagnostics == "github":
+        from softmark.interpreter.dictionary.formats.github import of_report
+
+        _annotate(of_report(report), parsed)
     return 3 if shelf.failed else report.exit_status
+
+
+def _annotate(commands: str, parsed: argparse.Namespace) -> None:
+    """Commands of a workflow, which may stand in either stream: not among JSON."""
+    print(commands, end="", file=sys.stderr if parsed.json == "-" else sys.stdout)

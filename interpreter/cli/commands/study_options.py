@@ -119,8 +119,8 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
     return sound if parsed.json is None else written(parsed.json, text) and sound
 
 
-def written(place: str, text: str) -> bool:
-    """Write the JSON result where `--json` says; whether that went well."""
+def written(place: str, text: str, option: str = "--json") -> bool:
+    """Write a result where an option says; whether that went well."""
     from softmark.interpreter.cli.commands.report_folder import message
     from softmark.interpreter.results.files import replace
 
@@ -130,6 +130,6 @@ def written(place: str, text: str) -> bool:
     try:
         replace(Path(place), text)
     except OSError as error:
-        print(message(place, error, "--json"), file=sys.stderr)
+        print(message(place, error, option), file=sys.stderr)
         return False
     return True

@@ -54,11 +54,12 @@ def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
 
 
 def _facts(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
-    return [(f.what, f"{_plain(f.old)} -> {_plain(f.new)}") for f in facts]
+    return [(f.what, f"{plain_fact(f.old)} -> {plain_fact(f.new)}") for f in facts]
 
 
-def _plain(value: Any) -> str:
-    said = "nothing" if value is None else str(value)
+def plain_fact(known: Any) -> str:
+    """A fact in words; of a digest its beginning."""
+    said = "nothing" if known is None else str(known)
     return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
 
 
@@ -75,21 +76,23 @@ def _metric(change: MetricChange) -> tuple[str, str, str, str]:
         verdict = f"{verdict} ({100 * change.relative:+.3g} %)"
     elif change.reason:
         verdict = f"{verdict}: {change.reason}"
-    return change.name, change.metric, f"{_value(change.old, unit)} -> {_value(change.new, unit)}", verdict
+    return change.name, change.metric, f"{value(change.old, unit)} -> {value(change.new, unit)}", verdict
 
 
-def _value(value: float | None, unit: str) -> str:
-    return "none" if value is None else quantity(value, unit, 6, percent=True).replace("\u00a0", " ")
+def value(number: float | None, unit: str) -> str:
+    """A number with its unit."""
+    return "none" if number is None else quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
 
 
 def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
-    course, clock = f"{_seconds(change.old)} -> {_seconds(change.new)}", change.clock.removesuffix("_s")
+    course, clock = f"{seconds(change.old)} -> {seconds(change.new)}", change.clock.removesuffix("_s")
     factor, words = (change.ratio, "longer") if change.ratio >= 1 else (1 / change.ratio, "shorter")
     style = {"undecided": "quiet", "slower": "bad"}.get(change.verdict, "good")
     said = f"{change.verdict}, {factor:.3g} times" + (f" {words}: {change.reason}" if change.reason else "")
     return change.name, clock.replace("_", " "), course, _style(said, style, paint)
 
 
-def _seconds(spread: Spread) -> str:
+def seconds(spread: Spread) -> str:
+    """A median with its quartiles, where they differ."""
     said, low, high = (quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
     return (said if low == high else f"{said} [{low}-{high}]").replace("\u00a0", " ")

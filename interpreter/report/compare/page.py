@@ -22,8 +22,8 @@ def page(comparison: Compared) -> str:
     """A complete HTML5 document: no network, no other file."""
     own = views(comparison)
     return document(
-        f"{_title(own)} – softmark comparison",
-        plain(_conclusion(own)),
+        f"{title(own)} – softmark comparison",
+        plain(conclusion(own)),
         _header(own, comparison),
         [(name, make(own, comparison)) for name, make in SECTIONS],
         "compare.json",
@@ -33,12 +33,13 @@ def page(comparison: Compared) -> str:
     )
 
 
-def _title(own: Sequence[SceneView]) -> str:
+def title(own: Sequence[SceneView]) -> str:
+    """What is compared, in a line."""
     titles = list(dict.fromkeys(view.title for view in own))
     return listed(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
 
 
-def _conclusion(own: Sequence[SceneView]) -> str:
+def conclusion(own: Sequence[SceneView]) -> str:
     """`9 configurations of 3 models, 8 of them solved.`"""
     points = [p for view in own for p in view.points]
     if not points:
@@ -53,8 +54,8 @@ def _header(own: Sequence[SceneView], comparison: Compared) -> str:
     where = [moment(comparison.created), text(comparison.environment.get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark comparison", class_="eyebrow")
-    conclusion = tag("p", prose(_conclusion(own)), class_="conclusion")
-    return tag("header", above, tag("h1", text(_title(own))), conclusion, line)
+    said = tag("p", prose(conclusion(own)), class_="conclusion")
+    return tag("header", above, tag("h1", text(title(own))), said, line)
 
 
 # ------------------------------------------------------------------ sections
@@ -62,6 +63,11 @@ def _header(own: Sequence[SceneView], comparison: Compared) -> str:
 
 def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
     """What to take, first of all."""
+    return section("advice", "Advice", advice(own, comparison))
+
+
+def advice(own: Sequence[SceneView], comparison: Compared) -> str:
+    """A sentence for each scene, what must be said about it beneath."""
     blocks = []
     allowed = comparison.analysis.options.allow_contaminated
     for view in own:
@@ -71,8 +77,7 @@ def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
         blocks.append(_under(view, own, said + "".join(rest) + cost.quality(view, allowed)))
     said = apart(own)
     blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
-    empty = "" if blocks else tag("p", "There is nothing to advise about.", class_="quiet")
-    return section("advice", "Advice", *blocks, empty)
+    return "".join(blocks) or tag("p", "There is nothing to advise about.", class_="quiet")
 
 
 def _sentence(advice: Advice) -> str:
@@ -86,9 +91,13 @@ def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
 
 
 def _diagrams(own: Sequence[SceneView], comparison: Compared) -> str:
-    """Error against effort, with what failed beneath."""
-    blocks = [_under(view, own, _figures(view) + _failures(view)) for view in own if view.points]
-    return section("work", "Work and precision", *blocks) if any(blocks) else ""
+    drawn = diagrams(own)
+    return section("work", "Work and precision", drawn) if drawn else ""
+
+
+def diagrams(own: Sequence[SceneView]) -> str:
+    """Error against effort, with what failed beneath; empty where nothing was computed."""
+    return "".join(_under(view, own, _figures(view) + _failures(view)) for view in own if view.points)
 
 
 def _figures(view: SceneView) -> str:

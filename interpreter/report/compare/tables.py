@@ -55,6 +55,11 @@ def row(*cells: str) -> str:
 
 def all_points(view: SceneView) -> str:
     """Every configuration with its status, size, errors, times and solver, and a CSV of it."""
+    return configurations(view) + _points_csv(view)
+
+
+def configurations(view: SceneView, most: int | None = None) -> str:
+    """The table of configurations, the first so many."""
     head = [heading(w) for w in ("Configuration", "Status")]
     named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
     head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
@@ -62,8 +67,9 @@ def all_points(view: SceneView) -> str:
     known = view.metrics.values()
     star = " ★: on the front of this error." if any(own.front for own in known) else ""
     dagger = " ±: the uncertainty of the reference; †: within it." if any(own.uncertainty for own in known) else ""
-    rows = [_point(view, point) for point in view.once]
-    return table(f"All configurations.{star}{dagger}", head, rows, "points-table") + _points_csv(view)
+    rows = [_point(view, point) for point in view.once[:most]]
+    which = "All" if most is None or len(view.once) <= most else f"{most} of {len(view.once)}"
+    return table(f"{which} configurations.{star}{dagger}", head, rows, "points-table")
 
 
 def _clocks(view: SceneView) -> tuple[str, ...]:

@@ -32,16 +32,6 @@ def document(
     `numbers` is the file that has all numbers, `curves` how many a figure can show and hide at most; `styles` and
     `scripts` are files of this package that go in.
     """
-    head = tag(
-        "head",
-        tag("meta", charset="utf-8"),
-        tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
-        tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        tag("meta", name="color-scheme", content="light dark"),
-        tag("meta", name="description", content=description),
-        tag("title", text(title)),
-        tag("style", *(_part(name) for name in styles), toggles(curves)),
-    )
     items = [tag("li", tag("a", _heading(markup), href=f"#{key}")) for key, markup in sections if markup]
     body = tag(
         "body",
@@ -50,9 +40,35 @@ def document(
         tag("nav", tag("ul", *items), aria_label="Sections"),
         tag("main", *(f"\n{markup}\n" for _, markup in sections), id="content"),
         tag("footer", tag("p", text(FOOTER.format(numbers)))),
-        tag("script", *(_part(name, tuple(scripts)) for name in scripts)),
+        _scripts(scripts),
     )
+    return _whole(_head(title, description, curves, styles), body)
+
+
+def excerpt(title: str, curves: int, content: str, styles: Sequence[str], scripts: Sequence[str]) -> str:
+    """A complete document of `content` alone, for a frame within another page: no header, no links, no footer."""
+    return _whole(_head(title, title, curves, styles), tag("body", tag("main", content), _scripts(scripts)))
+
+
+def _whole(head: str, body: str) -> str:
     return "<!DOCTYPE html>\n" + tag("html", head, body, lang="en") + "\n"
+
+
+def _head(title: str, description: str, curves: int, styles: Sequence[str]) -> str:
+    return tag(
+        "head",
+        tag("meta", charset="utf-8"),
+        tag("meta", http_equiv="Content-Security-Policy", content=POLICY),
+        tag("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        tag("meta", name="color-scheme", content="light dark"),
+        tag("meta", name="description", content=description),
+        tag("title", text(title)),
+        tag("style", *(part(name) for name in styles), toggles(curves)),
+    )
+
+
+def _scripts(names: Sequence[str]) -> str:
+    return tag("script", *(part(name, tuple(names)) for name in names))
 
 
 def _heading(markup: str) -> str:
@@ -62,7 +78,7 @@ def _heading(markup: str) -> str:
 
 
 @lru_cache(maxsize=8)
-def _part(name: str, beside: tuple[str, ...] = ()) -> str:
+def part(name: str, beside: tuple[str, ...] = ()) -> str:
     """A file of this package, without lines that end in `// with OTHER` where OTHER does not go in beside it."""
     lines = files(__package__ or "").joinpath(name).read_text(encoding="utf-8").splitlines(keepends=True)
     return "".join(line for line in lines if (other := _WITH.search(line)) is None or other[1] in beside)
@@ -70,9 +86,15 @@ def _part(name: str, beside: tuple[str, ...] = ()) -> str:
 
 def moment(written: str) -> str:
     """A time element in words; the text itself where it is not a date."""
+    words = in_words(written)
+    return text(written) if words == written else tag("time", words, datetime=written)
+
+
+def in_words(written: str) -> str:
+    """`23 November 2026, 17:54 UTC`; the text itself where it is not a date."""
     try:
         found = datetime.fromisoformat(written)
     except ValueError:
-        return text(written)
+        return written
     zone = " UTC" if not found.utcoffset() else found.strftime(" UTC%z")
-    return tag("time", f"{found.day} {found.strftime('%B %Y, %H:%M')}{zone}", datetime=written)
+    return f"{found.day} {found.strftime('%B %Y, %H:%M')}{zone}"

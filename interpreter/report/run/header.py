@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from softmark.interpreter.report.page.document import moment
 from softmark.interpreter.report.page.markup import prose, tag, text
+from softmark.interpreter.report.run import kept
 from softmark.interpreter.report.run.findings import Findings
 
 SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
@@ -17,7 +18,7 @@ def header(findings: Findings) -> str:
     above = tag("p", "softmark report", class_="eyebrow")
     conclusion = tag("p", prose(findings.conclusion), class_="conclusion")
     where = tag("p", _where(findings), class_="where")
-    return tag("header", above, tag("h1", text(title(findings))), conclusion, status, where)
+    return tag("header", above, tag("h1", text(title(findings))), conclusion, status, where, kept.note(findings.report))
 
 
 def title(findings: Findings) -> str:

@@ -74,9 +74,6 @@ def render(report: Report) -> str:
     """A complete HTML5 document: no network, no other file; without JavaScript shapes stand still and tooltips lack."""
     findings = Findings(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]
-    carried = any('value="carried"' in markup for _, markup in sections)
-    rigid = any('"instruments": [{' in markup for _, markup in sections)
-    shown = any('class="shapes"' in markup for _, markup in sections)  # only then what draws them goes in
     return document(
         f"{title(findings)} – softmark report",
         plain(findings.conclusion),
@@ -84,6 +81,15 @@ def render(report: Report) -> str:
         sections,
         "report.json",
         1 + len(findings.everyone),
+        *files_of("".join(markup for _, markup in sections)),
+    )
+
+
+def files_of(markup: str) -> tuple[list[str], list[str]]:
+    """The style sheets and the scripts that sections of a report need: what draws shapes only where there are some."""
+    shown = 'class="shapes"' in markup
+    carried, rigid = 'value="carried"' in markup, '"instruments": [{' in markup
+    return (
         ["report.css", *(["shapes.css"] if shown else []), *(["carried.css"] if carried else [])],
         [
             "report.js",

@@ -12,6 +12,7 @@ from typing import Any
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import as_asked, negligible
+from softmark.interpreter.report.run import kept
 from softmark.interpreter.report.run.bodies import BodyResults, bodies
 from softmark.interpreter.report.run.figures import over_states
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
@@ -55,6 +56,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += ["", *told]
     notes = [*_uncertain(report), *_doubted(report), *_reasons(report), *_said(report), *_read(report)]
     notes += [*agreement.lines(findings), *vouching.lines(report), *reactions.lines(report), *contacts.lines(report)]
+    notes += kept.sentences(report)
     if notes:
         parts += ["", *notes]
     if report.expectations:

@@ -21,7 +21,7 @@ def page(stress: Stress) -> str:
     """A complete HTML5 document of a `softmark-stress/1`: no network, no other file."""
     return document(
         f"{stress.scene['title']} – softmark stress",
-        plain(_conclusion(stress)),
+        plain(conclusion(stress)),
         _header(stress),
         [(name, make(stress)) for name, make in SECTIONS],
         "stress.json",
@@ -31,7 +31,7 @@ def page(stress: Stress) -> str:
     )
 
 
-def _conclusion(stress: Stress) -> str:
+def conclusion(stress: Stress) -> str:
     """`2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong without a word.`"""
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
@@ -47,21 +47,22 @@ def _header(stress: Stress) -> str:
     where = [moment(stress.created or ""), text((stress.environment or {}).get("cpu") or "")]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark stress", class_="eyebrow")
-    conclusion = tag("p", prose(_conclusion(stress)), class_="conclusion")
-    return tag("header", above, tag("h1", text(stress.scene["title"])), conclusion, line)
+    said = tag("p", prose(conclusion(stress)), class_="conclusion")
+    return tag("header", above, tag("h1", text(stress.scene["title"])), said, line)
 
 
 def _silent(stress: Stress) -> str:
-    """Every point that was wrong without a word, with the command that repeats it."""
-    if not stress.silent:
-        return ""
+    return section("silent", "Wrong without a word", silent(stress)) if stress.silent else ""
+
+
+def silent(stress: Stress, most: int | None = None) -> str:
+    """Every point that was wrong without a word, the first so many, with the command that repeats it."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
         tag("li", tag("code", text(p.model)), ", ", prose(told(p)), _command(again(file, p, plugins)))
-        for p in stress.silent
+        for p in stress.silent[:most]
     ]
-    box = tag("div", tag("ul", *items), class_="callout bad")
-    return section("silent", "Wrong without a word", box)
+    return tag("div", tag("ul", *items), class_="callout bad")
 
 
 def again(file: str, point: StressPoint, plugins: Sequence[str] = ()) -> str:
@@ -76,9 +77,12 @@ def _command(said: str) -> str:
 
 
 def _edges(stress: Stress) -> str:
+    return section("edges", "Where each model is right", edges(stress))
+
+
+def edges(stress: Stress) -> str:
     """For each study, where each model is right, and what comes beyond."""
-    blocks = [_under(stress, study, _table(study)) for study in stress.studies]
-    return section("edges", "Where each model is right", *blocks)
+    return "".join(_under(stress, study, _table(study)) for study in stress.studies)
 
 
 def _under(stress: Stress, study: StressStudy, markup: str) -> str:
@@ -133,12 +137,17 @@ def _beyond(edge: StressEdge, unit: str) -> str:
 
 
 def _strips(stress: Stress) -> str:
+    drawn = strips(stress)
+    return section("walks", "Along each quantity", drawn) if drawn else ""
+
+
+def strips(stress: Stress) -> str:
     """One figure for each quantity."""
     blocks = []
     for study in stress.studies:
         figures = "".join(stress_figures.strip(study, asked) for asked in study.quantities)
         blocks.append(_under(stress, study, stress_figures.key(study) + figures if figures else ""))
-    return section("walks", "Along each quantity", *blocks) if any(blocks) else ""
+    return "".join(blocks)
 
 
 def _maps(stress: Stress) -> str:

@@ -21,6 +21,8 @@ from softmark.interpreter.report.view3d import instruments
 from softmark.interpreter.report.view3d.camera import letters, view_of
 from softmark.interpreter.report.view3d.still import CameraView, seen_box, still
 from softmark.interpreter.report.view3d.surfaces import (
+    POINTS,
+    ROOM,
     Floats,
     Small,
     fit,
@@ -43,12 +45,12 @@ STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 star
 STATISTICS = ("mean", "median", "95 %", "largest")
 
 
-def section_of(findings: Findings) -> str:
-    """The figure; empty where nothing has a shape."""
+def section_of(findings: Findings, points: int = POINTS, room: int = ROOM) -> str:
+    """The figure, surfaces of at most so many points, all in about so many bytes; empty where nothing has a shape."""
     given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
     if not given:
         return ""
-    kept, figures = fit(given).shapes, []
+    kept, figures = fit(given, points, room).shapes, []
     for number, body in enumerate(bodies(findings)):
         own = {n: shape for n, shape in kept.items() if n in body.results}
         if own:

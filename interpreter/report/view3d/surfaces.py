@@ -32,12 +32,12 @@ class Small:
     notes: tuple[str, ...]
 
 
-def fit(shapes: Mapping[str, SeenSurface]) -> Small:
-    """Thin surfaces to POINTS, then keep as many frames as there is room for, then thin further."""
-    limit = POINTS
+def fit(shapes: Mapping[str, SeenSurface], points: int = POINTS, room: int = ROOM) -> Small:
+    """Thin surfaces to so many points, then keep as many frames as there is room for, then thin further."""
+    limit = points
     while True:
         thin = {name: thinned(shape, limit) for name, shape in shapes.items()}
-        frames = _affordable(thin)
+        frames = _affordable(thin, room)
         if frames >= 12 or limit <= 500 or not any(s.frames is not None for s in thin.values()):
             break
         limit //= 2
@@ -45,14 +45,14 @@ def fit(shapes: Mapping[str, SeenSurface]) -> Small:
     return Small(kept, tuple(notes_of(shapes, kept)))
 
 
-def _affordable(shapes: Mapping[str, SeenSurface]) -> int:
-    """How many frames of every surface that has some fit into the room."""
+def _affordable(shapes: Mapping[str, SeenSurface], room: int) -> int:
+    """How many frames of every surface that has some fit into so many bytes."""
     fixed = sum(
         8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3
         for s in shapes.values()
     )
     each = sum(8 * s.position.size / 3 for s in shapes.values() if s.frames is not None)
-    return min(FRAMES, int((ROOM - fixed) / each)) if each else FRAMES
+    return min(FRAMES, int((room - fixed) / each)) if each else FRAMES
 
 
 def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
@@ -68,16 +68,23 @@ def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
 
 def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) -> list[str]:
     """Sentences about what is coarser in the page than in the results."""
-    coarse: dict[str, list[str]] = {}
+    coarse: dict[tuple[str, int, str], dict[str, int]] = {}  # (with or at, how many there are, of what) -> who has left
     for name, shape in given.items():
         own = kept[name]
         if len(own.position) < len(shape.position):
-            said = f"with {len(own.position)} of {len(shape.position)} points"
-            coarse.setdefault(said, []).append(f"`{name}`")
+            coarse.setdefault(("with", len(shape.position), "points"), {})[name] = len(own.position)
         if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
-            said = f"at {len(own.times)} of {len(shape.times)} {'states' if shape.labels else 'moments'}"
-            coarse.setdefault(said, []).append(f"`{name}`")
-    return [f"{several(names)} {'is' if len(names) == 1 else 'are'} drawn {said}." for said, names in coarse.items()]
+            moments = "states" if shape.labels else "moments"
+            coarse.setdefault(("at", len(shape.times), moments), {})[name] = len(own.times)
+    return [_coarser(*what, left) for what, left in coarse.items()]
+
+
+def _coarser(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
+    """`a` and `b` are drawn with 1143 to 1198 of 1570 points."""
+    low, high = min(left.values()), max(left.values())
+    counts = f"{low}" if low == high else f"{low} to {high}"
+    verb = "is" if len(left) == 1 else "are"
+    return f"{several([f'`{n}`' for n in left])} {verb} drawn {how} {counts} of {total} {things}."
 
 
 def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurface:

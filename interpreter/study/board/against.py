@@ -1,4 +1,4 @@
-"""What has changed since another board, as a table for a pull request.
+"""What has changed since another board: reading one, and what differs between two cells.
 
 Errors are computed alike on every machine, so that a hundredth more or less is a change; times are noise below a half
 more, and are compared on one kind of processor alone.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.results import forms
 from softmark.interpreter.study.board.cells import SCHEMA, Board, Cell
 
@@ -23,7 +22,6 @@ FORM = {
     "cells!": [{"case!": str, "model!": str, "name": str, "status!": str, "error": NUMBER, "uncertainty": NUMBER,
                 "unit": str, "time_s": NUMBER, "verdict": str}],
 }  # fmt: skip
-Key = tuple[str, str, str]
 
 
 class Foreign(Exception):
@@ -45,43 +43,12 @@ def read(path: str) -> Board:
     return Board.from_json({**known, **found})
 
 
-def markdown(old: Board, new: Board) -> str:
-    """The cells that differ, and how many do not."""
-    before, after = _by_key(old), _by_key(new)
-    timed = (old.environment or {}).get("cpu") == (new.environment or {}).get("cpu")
-    rows = [
-        row for key in dict.fromkeys((*after, *before)) if (row := _row(key, before.get(key), after.get(key), timed))
-    ]
-    same = len(set(before) & set(after)) - sum(row[-1] not in ("new", "gone") for row in rows)
-    counts = f"{len(after)} cells, {same} as before"
-    note = "" if timed else " Times are not compared: the processors differ."
-    head = f"**Board: {_line(new.title)}.** {counts}, {len(rows)} changed.{note}\n"
-    if not rows:
-        return head
-    table = ["| case | model | before | after | change |", "| --- | --- | --- | --- | --- |"]
-    table += ["| " + " | ".join(_line(part) for part in row) + " |" for row in rows]
-    return head + "\n" + "\n".join(table) + "\n"
-
-
-def _by_key(board: Board) -> dict[Key, Cell]:
-    return {(c.case, c.model, c.name): c for c in board.cells}
-
-
-def _row(key: Key, old: Cell | None, new: Cell | None, timed: bool) -> tuple[str, str, str, str, str] | None:
-    case, model, name = key
-    who = f"{model} (`{name}`)" if name else model
-    if old is None or new is None:
-        return case, who, _said(old), _said(new), "new" if old is None else "gone"
-    change = changed(old, new, timed)
-    return (case, who, _said(old), _said(new), change) if change else None
-
-
 def changed(old: Cell, new: Cell, timed: bool = True) -> str:
     """What differs between two cells of one model and case, in words; nothing where that is noise."""
     if old.status != new.status:
-        return f"{_words(old.status)} → {_words(new.status)}"
+        return f"{words(old.status)} → {words(new.status)}"
     if old.verdict != new.verdict:
-        return f"{_words(old.verdict)} → {_words(new.verdict)}"
+        return f"{words(old.verdict)} → {words(new.verdict)}"
     said = []
     if (old.error is None) != (new.error is None):
         said.append("error lost" if new.error is None else "error found")
@@ -100,19 +67,6 @@ def _ratio(a: float, b: float) -> str:
     return f"× {b / a:.3g}" if a > 0 else "from 0"
 
 
-def _words(word: str | None) -> str:
+def words(word: str | None) -> str:
+    """A status or a verdict as people say it."""
     return "not judged" if word is None else word.replace("_", " ")
-
-
-def _said(cell: Cell | None) -> str:
-    if cell is None:
-        return "–"
-    if cell.error is None:
-        return _words(cell.status)
-    time = "" if cell.time_s is None else f", {quantity(cell.time_s, 's', 3)}"
-    return f"{quantity(cell.error, cell.unit, 3, percent=True)}{time}"
-
-
-def _line(text: str) -> str:
-    """Text that breaks no table."""
-    return " ".join(text.replace("|", "\\|").split())

@@ -35,6 +35,11 @@ def key_of(scene: Scene, model: str) -> str:
     return h.hexdigest()
 
 
+def all_words(scene: Scene) -> list[str]:
+    """Everything that is declared, as text: a model that nothing computes may still be refined by a reference."""
+    return [words_of(declared) for declared in scene.declared.values() if declared.kind != "study"]
+
+
 def key_of_text(scene: Scene, model: str) -> str:
     """SHA-256 over the text of a scene that is in error, and its overrides."""
     parts = (sources.digest(), model, scene.source.text, *scene.overrides)

@@ -16,13 +16,16 @@ from softmark.interpreter.language.schema import _fields
 
 PARTS = ("grammar", "interpreter", "references", "solvers")
 SILENT = ("cli", "report")  # parts of the interpreter that only speak of results
-NUMERICS = ("numpy", "scipy", "numba")
+NUMERICS = (  # packages that answers may depend on, whether or not they are installed
+    "numpy", "scipy", "numba", "llvmlite", "lark", "meshio", "trimesh", "ipctk", "pyamg", "pypardiso", "mkl", "h5py",
+    "scikit-image", "pynrrd", "nibabel", "pydicom", "pytetwild", "manifold3d",
+)  # fmt: skip
 
 
 @lru_cache(maxsize=1)
 def digest() -> str:
-    """SHA-256 over every source that can change a number, and the versions of the numerical libraries."""
-    h = hashlib.sha256()
+    """SHA-256 over every source that can change a number, and the versions of Python and of the libraries."""
+    h = hashlib.sha256(f"{sys.implementation.name} {sys.version}\0".encode())
     for name in NUMERICS:
         h.update(f"{name} {_version(name)}\0".encode())
     for folder in _folders():
@@ -32,6 +35,12 @@ def digest() -> str:
                 text = file.read_bytes()
                 h.update(f"{folder.name}/{inner.as_posix()}\0{len(text)}\0".encode() + text)
     return h.hexdigest()
+
+
+def newest() -> float:
+    """When a source was last changed, s since 1970: a process may have loaded what it was before."""
+    files = (p for folder in _folders() for p in folder.rglob("*.py"))
+    return max((p.stat().st_mtime for p in files), default=0.0)
 
 
 def _folders() -> list[Path]:
@@ -101,6 +110,9 @@ def _of_regular(path: str, changed: int, size: int) -> str:
 
 def files_of(thing: Any) -> Iterator[str]:
     """Every file that a declared thing names, also inside of what it is made of."""
+    if isinstance(thing, tuple):
+        for value in thing:
+            yield from files_of(value)
     if not is_dataclass(thing):
         return
     cls: Any = type(thing)

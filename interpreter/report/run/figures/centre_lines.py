@@ -39,7 +39,7 @@ EMPTY = "No probe has a result, so there is nothing to draw."
 
 def section_of(findings: Findings) -> str:
     """The figures, and the tables of point probes."""
-    figures = [_Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
+    figures = [Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
         seen = any(len(p.points) for who in findings.probes.values() for p in who.values())
@@ -48,7 +48,7 @@ def section_of(findings: Findings) -> str:
 
 
 @dataclass(frozen=True)
-class _Lines:
+class Lines:
     """The figure of one line probe."""
 
     findings: Findings

@@ -37,18 +37,18 @@ def section_of(findings: Findings) -> str:
     return section(
         "table",
         "Comparison",
-        _messages(findings),
+        messages(findings),
         tag("p", caption(findings), class_="quiet about"),
         tables,
         notes.list(),
-        _vouched(findings),
+        vouched(findings),
         save,
         about,
         details_of(findings),
     )
 
 
-def _vouched(findings: Findings) -> str:
+def vouched(findings: Findings) -> str:
     """What models state of their own errors, and that their forces were found again."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
@@ -64,7 +64,7 @@ def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
     return heading + ResultsTable(findings, body, notes).html()
 
 
-def _messages(findings: Findings) -> str:
+def messages(findings: Findings) -> str:
     """What happened, in full, to everyone without a solution."""
     everyone = findings.everyone.items()
     return "".join(_message(n, r) for n, r in everyone if r.status != "converged" or r.message)

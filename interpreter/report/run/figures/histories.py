@@ -27,13 +27,18 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 def section_of(findings: Findings) -> str:
     """Charts over time; empty where nothing has a history."""
-    courses = [(n, seen) for n in findings.probes if (seen := _courses(findings, n))]
-    every = [_Course(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
+    every = courses_of(findings)
     charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
     energies, events = energy_plates(findings), _events(findings)
     if not charts and not energies and not events:
         return ""
     return section("histories", "Over time", *charts, energies, events)
+
+
+def courses_of(findings: Findings) -> list[Course]:
+    """Those of all probes that somebody has seen over time."""
+    courses = [(n, seen) for n in findings.probes if (seen := _courses(findings, n))]
+    return [Course(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
 
 
 def _courses(findings: Findings, probe: str) -> dict[str, ProbeResult]:
@@ -43,7 +48,7 @@ def _courses(findings: Findings, probe: str) -> dict[str, ProbeResult]:
 
 
 @dataclass(frozen=True)
-class _Course:
+class Course:
     """The displacement of one point of a probe, in the direction in which it moves most."""
 
     findings: Findings

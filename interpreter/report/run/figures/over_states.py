@@ -25,12 +25,12 @@ SEVERAL = 6  # states that a line of the terminal has
 
 def section_of(findings: Findings) -> str:
     """A chart for each metric; empty where the analysis has no states."""
-    known = [(m, curves) for m in findings.metrics if (curves := _curves(findings, m.name))]
+    known = [(m, curves) for m in findings.metrics if (curves := curves_of(findings, m.name))]
     plates = [_Metric(findings, i, metric, curves).plate() for i, (metric, curves) in enumerate(known)]
     return section("states", "States", *plates) if plates else ""
 
 
-def _curves(findings: Findings, metric: str) -> dict[str, Curve]:
+def curves_of(findings: Findings, metric: str) -> dict[str, Curve]:
     """Who has numbers of a metric in some states, and which."""
     everyone = {n: r for n, r in findings.everyone.items() if any(metric in own.metrics for own in r.each)}
     found = {n: r.curve(metric) for n, r in everyone.items()}
@@ -130,7 +130,7 @@ def lines(findings: Findings) -> Iterator[str]:
     left = f"{len(some)} of {len(first.states)} states" if len(some) < len(first.states) else "states"
     rows = [["", left, *(percent(first.states[i]) for i in some)]]
     for metric in findings.metrics:
-        for n, (name, curve) in enumerate(_curves(findings, metric.name).items()):
+        for n, (name, curve) in enumerate(curves_of(findings, metric.name).items()):
             values = [curve.values[i] for i in some]
             shown = ["-" if v is None else _short(v, metric) for v in values]
             rows.append([metric.name if n == 0 else "", name, *shown])

@@ -67,7 +67,7 @@ def _parameters(parameters: Mapping[str, Any], overridden: set[str]) -> str:
 
 def _parameter(name: str, known: Mapping[str, Any], overridden: bool) -> str:
     origin = tag("strong", "command line") if overridden else "scene"
-    value = tag("td", text(_value(known.get("value"), str(known.get("unit", "1")))), class_="n")
+    value = tag("td", text(value_shown(known)), class_="n")
     return tag(
         "tr",
         tag("th", tag("code", text(name)), scope="row"),
@@ -75,6 +75,11 @@ def _parameter(name: str, known: Mapping[str, Any], overridden: bool) -> str:
         tag("td", tag("code", text(known.get("text", "")))),
         tag("td", origin),
     )
+
+
+def value_shown(known: Mapping[str, Any]) -> str:
+    """The value of a parameter with its unit."""
+    return _value(known.get("value"), str(known.get("unit", "1")))
 
 
 def _value(value: Any, unit: str) -> str:

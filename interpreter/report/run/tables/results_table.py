@@ -61,47 +61,57 @@ def ordered(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
 
 @dataclass
 class Notes:
-    """Footnotes: one letter for each reason why there is no value."""
+    """Footnotes: one letter for each reason why there is no value; `linked` where marks are links to them."""
 
     reasons: list[str] = field(default_factory=list)
     within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
     doubts: dict[str, None] = field(default_factory=dict)  # why what is taken as right may be no truth
+    linked: bool = True
+
+    def _mark(self, sign: str, note: str, said: str) -> str:
+        """A sign that leads to its note."""
+        if not self.linked:
+            return tag("abbr", text(sign), title=said)
+        return tag("a", text(sign), href=f"#{note}", aria_label=said)
+
+    def _anchor(self, note: str) -> str | None:
+        return note if self.linked else None
 
     def dash(self, reason: str) -> str:
         """An en dash with the letter of its reason."""
         if reason not in self.reasons:
             self.reasons.append(reason)
         mark = letter(self.reasons.index(reason))
-        return "–" + tag("sup", tag("a", text(mark), href=f"#note-{mark}", aria_label=f"note {mark}"))
+        return "–" + tag("sup", self._mark(mark, f"note-{mark}", f"note {mark}"))
 
     def dagger(self, metric: str, uncertainty: str) -> str:
         """The mark of a value that is no larger than the uncertainty of what it is measured from."""
         self.within.setdefault(metric, uncertainty)
         said = "within the uncertainty of the reference"
-        return tag("sup", tag("a", "†", href="#note-within", aria_label=said), class_="within")
+        return tag("sup", self._mark("†", "note-within", said), class_="within")
 
     def double(self, why: str) -> str:
         """The mark of a value of, or measured from, what may be no truth here."""
         self.doubts.setdefault(why)
         said = "by a theory that is not exact here"
-        return tag("sup", tag("a", "‡", href="#note-doubt", aria_label=said), class_="within")
+        return tag("sup", self._mark("‡", "note-doubt", said), class_="within")
 
     def _uncertain(self) -> str:
         if not self.within:
             return ""
         each = listed([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
         said = f"within the uncertainty of the reference ({each}): the value says no more than that the two agree"
-        return tag("li", tag("b", "†"), " ", prose(said), id="note-within")
+        return tag("li", tag("b", "†"), " ", prose(said), id=self._anchor("note-within"))
 
     def list(self) -> str:
         """The footnotes themselves."""
         letters = [letter(i) for i in range(len(self.reasons))]
         pairs = zip(letters, self.reasons, strict=True)
-        items = [tag("li", tag("b", a), " ", prose(reason), id=f"note-{a}") for a, reason in pairs]
+        items = [tag("li", tag("b", a), " ", prose(reason), id=self._anchor(f"note-{a}")) for a, reason in pairs]
         items += [own] if (own := self._uncertain()) else []
         items += [
             tag("li", tag("b", "‡"), " ", prose(f"by a theory that is not exact here, for {why}"),
-                id=None if i else "note-doubt")
+                id=None if i else self._anchor("note-doubt"))
             for i, why in enumerate(self.doubts)
         ]  # fmt: skip
         return tag("ul", *items, class_="notes") if items else ""

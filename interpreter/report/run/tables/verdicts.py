@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable
+
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, prose, section, tag, text
 from softmark.interpreter.report.run.findings import Findings
@@ -17,6 +19,12 @@ def expectations(findings: Findings) -> str:
     if not judged:
         later = " yet: the report is unfinished" if findings.report.partial else ""
         return section("expectations", "Expectations", tag("p", f"No expectation was judged{later}.", class_="quiet"))
+    return section("expectations", "Expectations", table_of(findings))
+
+
+def table_of(findings: Findings) -> str:
+    """The table of those that were judged, in its scrolling box."""
+    judged = findings.report.expectations
     head = tag(
         "tr",
         *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
@@ -30,11 +38,7 @@ def expectations(findings: Findings) -> str:
         tag("tbody", *(_row(e, findings) for e in judged)),
         class_="verdicts",
     )
-    return section(
-        "expectations",
-        "Expectations",
-        tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Expectations"),
-    )
+    return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Expectations")
 
 
 def _row(e: ExpectationResult, findings: Findings) -> str:
@@ -47,14 +51,13 @@ def _row(e: ExpectationResult, findings: Findings) -> str:
         tag("td", verdict),
         said,
         tag("td", _value(e), class_="n"),
-        tag("td", _place(e.line, findings), class_="n"),
+        tag("td", _place(e.line, findings.lines), class_="n"),
     )
 
 
-def _place(line: int, findings: Findings) -> str:
+def _place(line: int, lines: Container[int]) -> str:
     """The number of a line, as a link where the page has that line."""
-    known = line in findings.lines
-    return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if known else str(line)
+    return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if line in lines else str(line)
 
 
 def _value(e: ExpectationResult) -> str:
@@ -64,17 +67,23 @@ def _value(e: ExpectationResult) -> str:
 
 
 def warnings(findings: Findings) -> str:
-    """A list of warnings, those that say the same together; empty where there are none."""
+    """The section of warnings; empty where there are none."""
+    said = warned(findings.report.warnings, findings.lines)
+    return section("warnings", "Warnings", said) if said else ""
+
+
+def warned(warnings: Iterable[Warned], lines: Container[int] = ()) -> str:
+    """A list of warnings, those that say the same together, with links to `lines`; empty where there are none."""
     same: dict[tuple[str, str, str], list[Warned]] = {}
-    for warned in findings.report.warnings:
-        same.setdefault((warned.code, warned.message, warned.help), []).append(warned)
-    items = [_warning(group, findings) for group in same.values()]
-    return section("warnings", "Warnings", tag("ul", *items, class_="warnings")) if items else ""
+    for one in warnings:
+        same.setdefault((one.code, one.message, one.help), []).append(one)
+    items = [_warning(group, lines) for group in same.values()]
+    return tag("ul", *items, class_="warnings") if items else ""
 
 
-def _warning(group: list[Warned], findings: Findings) -> str:
+def _warning(group: list[Warned], lines: Container[int]) -> str:
     first = group[0]
-    places = ", ".join(f"line {_place(w.line, findings)}" for w in group if w.line)
+    places = ", ".join(f"line {_place(w.line, lines)}" for w in group if w.line)
     said = [tag("span", text(first.code), class_="code"), " ", prose(first.message)]
     help_ = tag("p", prose(first.help), class_="quiet") if first.help else ""
     return tag("li", tag("p", *said, tag("span", f" ({places})", class_="place") if places else ""), help_)

@@ -1,0 +1,55 @@
+"""`dsl docs`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from softmark.grammar.diagnostic import visible
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """[PAGE] [--out DIR] [--no-open]"""
+    parser.add_argument(
+        "page", nargs="?", default="index", metavar="PAGE",
+        help="a page, such as `tutorial` or `gallery`, a word, a message or a shipped scene",
+    )  # fmt: skip
+    parser.add_argument("--out", metavar="DIR", help="build them there, and not where they are kept")
+    parser.add_argument("--no-open", action="store_true", help="print where the page is, and open no browser")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Build the pages where they are not there yet, print where the page is, and open it in a browser."""
+    from softmark.interpreter.pages.build import Unavailable, build, site, sources
+    from softmark.interpreter.pages.places import places
+
+    try:
+        if parsed.out:
+            folder = Path(parsed.out)
+            build(folder, sources())
+        else:
+            folder = site(lambda: print("building the pages, once for each version ...", file=sys.stderr)).folder
+    except (Unavailable, OSError) as error:
+        print(visible(f"error: {error}"), file=sys.stderr)
+        return 2
+    known = places(folder)
+    if (place := known.get(parsed.page) or known.get(parsed.page.upper())) is None:
+        print(visible(f"error: {_unknown(parsed.page, list(known))}"), file=sys.stderr)
+        return 2
+    file, _, part = place.partition("#")
+    address = (folder / file).resolve().as_uri() + (f"#{part}" if part else "")
+    print((folder / file).resolve())
+    if not parsed.no_open:
+        import webbrowser
+
+        webbrowser.open(address)
+    return 0
+
+
+def _unknown(name: str, known: list[str]) -> str:
+    from softmark.grammar.suggest import nearest
+
+    close = nearest(name, known)
+    meant = f"did you mean `{close}`?" if close else "`dsl docs` opens the first one, which leads to all"
+    return f"there is no page of `{name}`; {meant}"

@@ -1,0 +1,43 @@
+"""`dsl editor`: files that teach an editor scenes, made of the vocabulary as it is."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.options import folder
+from softmark.interpreter.editor.colours import EDITORS
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """[EDITOR] [--out DIR]"""
+    parser.add_argument("editor", nargs="?", choices=tuple(EDITORS), help="which; without one, what there is for each")
+    parser.add_argument("--out", metavar="DIR", type=folder, help="where to (default: softmark-EDITOR)")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Write the files of an editor and say how they are installed, or say what there is."""
+    if parsed.editor is None:
+        width = max(map(len, EDITORS))
+        print("\n".join(f"dsl editor {name:{width}}  {_of(name).TITLE}" for name in EDITORS))
+        return 0
+    into = Path(parsed.out or f"softmark-{parsed.editor}")
+    editor = _of(parsed.editor)
+    try:
+        for name, content in editor.files().items():
+            (into / name).parent.mkdir(parents=True, exist_ok=True)
+            (into / name).write_bytes(content)
+            print(visible(str(into / name)))
+    except OSError as failure:
+        print(visible(f"error: {into} cannot be written: {failure.strerror}"), file=sys.stderr)
+        return 2
+    print("", *map(visible, editor.install(into).splitlines()), sep="\n")
+    return 0
+
+
+def _of(name: str) -> Any:
+    return import_module(f"softmark.interpreter.editor.colours.{EDITORS[name]}")

@@ -1,0 +1,58 @@
+"""Quantities of pint as texts of the language; pint itself is never imported, for whoever has a quantity has it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from softmark.interpreter.language import units
+
+# dimensions of pint, in the order of ours, and its units of them; angles have none there
+BASE = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second", "[temperature]": "kelvin"}
+CLOSE = 1e-9  # relative: what two ways to the same number in SI may differ by
+
+
+def is_quantity(value: object) -> bool:
+    """Whether a value is a quantity of pint, by its class."""
+    pint = any(base.__module__.partition(".")[0] == "pint" for base in type(value).__mro__)
+    return pint and hasattr(value, "magnitude") and hasattr(value, "dimensionality")
+
+
+def written(value: Any) -> str | None:
+    """`60.0 kPa`: a quantity in its own unit where the language has it, else in SI; None where it cannot be had."""
+    try:
+        exponents = _exponents(value.dimensionality)
+        number = float(value.magnitude)
+        coherent = float(value.to("*".join(f"{u}**{n}" for u, n in exponents.items() if n) or "").magnitude)
+    except (TypeError, ValueError, LookupError, AttributeError):  # an array, amperes, a scale with an offset
+        return None
+    if not (math.isfinite(number) and math.isfinite(coherent)):
+        return None
+    dimension = (*exponents.values(), 0)
+    own = format(value.units, "~C").replace("**", "^")
+    known = _measure(own or "1")
+    if known is not None and known.dimension[:4] == dimension[:4] and _near(known.factor * number, coherent):
+        return f"{number!r} {own}".strip()
+    return f"{coherent!r} {units.si(dimension)}".removesuffix(" 1")  # type: ignore[arg-type]
+
+
+def _exponents(dimensionality: Mapping[str, float]) -> dict[str, int]:
+    """The power of each of the BASE units. Raises LookupError for what the language has no dimension for."""
+    found = dict.fromkeys(BASE.values(), 0)
+    for name, power in dimensionality.items():
+        if power != int(power):
+            raise LookupError(name)
+        found[BASE[name]] = int(power)
+    return found
+
+
+def _measure(text: str) -> units.Measure | None:
+    try:
+        return units.parse(text)
+    except units.UnitError:
+        return None
+
+
+def _near(a: float, b: float) -> bool:
+    return abs(a - b) <= CLOSE * max(abs(a), abs(b))

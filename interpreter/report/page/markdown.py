@@ -1,0 +1,74 @@
+"""Markdown for comments of pull requests: tables of texts that others wrote, bounded to what a comment may hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from softmark.grammar.diagnostic import encodable, visible
+from softmark.records import dataclass
+
+LIMIT = 65_536  # characters of a comment at GitHub; counted here as bytes of UTF-8, which are no fewer
+LONGEST = 300  # characters of one text in a cell
+Row = Sequence[str]
+
+
+@dataclass(frozen=True)
+class MarkdownTable:
+    """Rows of cells, each made by `plain` or `code`, the most important first; `noun` is what a row is."""
+
+    noun: str
+    columns: Row
+    rows: Sequence[Row]
+
+
+def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: int = LIMIT) -> str:
+    """Head, tables that have rows, and tail; rows for which there is no room are counted at the end of their table."""
+    blocks = [head]
+    room = limit - _size(head) - _size(tail) - 8
+    for table in (t for t in tables if t.rows):
+        lines = [_line(table.columns), _line(["---"] * len(table.columns))]
+        more = f"\n\n{len(table.rows)} {table.noun} more have no room here."
+        room -= sum(map(_size, lines)) + _size(more) + 2 * len(lines)
+        shown = 0
+        for line in map(_line, table.rows):
+            room -= _size(line) + 1
+            if room < 0:
+                break
+            lines.append(line)
+            shown += 1
+        left = len(table.rows) - shown
+        if shown:
+            blocks.append("\n".join(lines) + (f"\n\n{left} {table.noun} more have no room here." if left else ""))
+    return "\n\n".join([*blocks, *([tail] if tail else [])]) + "\n"
+
+
+def plain(text: str) -> str:
+    """A text that marks nothing up, breaks no table and calls nobody."""
+    escaped = re.sub(r"([\\`*_~\[\]])", r"\\\1", _short(text).replace("&", "&amp;"))
+    escaped = escaped.replace("<", "&lt;").replace(">", "&gt;").replace("|", "&#124;")
+    return re.sub(r"[@#](?=\w)", lambda sign: f"{sign[0]}\u200b", escaped)
+
+
+def code(text: str) -> str:
+    """A text as it is written, as code, in or outside a table."""
+    told = _short(text)
+    if not told or "|" in told:  # which ends a cell, in code too
+        return told and f"<code>{plain(told)}</code>"
+    fence = "`" * (max(map(len, re.findall("`+", told)), default=0) + 1)
+    pad = " " if told[0] == "`" or told[-1] == "`" else ""
+    return f"{fence}{pad}{told}{pad}{fence}"
+
+
+def _short(text: str) -> str:
+    """On one line, its middle left out where it is long."""
+    line = " ".join(visible(encodable(word)) for word in text.split())
+    return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} … {line[-LONGEST // 3 :]}"
+
+
+def _line(cells: Row) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _size(text: str) -> int:
+    return len(text.encode(errors="replace"))

@@ -1,0 +1,88 @@
+"""Taking over what an earlier run has found, as a `Keeper` knows it.
+
+A model is taken over as it was at the end of that run, measured and drawn, with the warnings that came of it, each at
+the step at which it came. References are only taken over where all models are: who computes one needs them whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.plan.plan import Plan
+    from softmark.interpreter.run.answers import Work
+    from softmark.interpreter.run.kept import Known, Told
+    from softmark.interpreter.run.options import Options
+
+
+class Keeper(Protocol):
+    """Keeps what runs found, for later ones."""
+
+    def known(self, scene: Scene, plan: Plan, options: Options) -> Known:
+        """What of a plan was found by an earlier run and would be found again by this one."""
+
+    def keep(self, works: Sequence[Work]) -> None:
+        """Keep what a run has found that was not known."""
+
+
+class Outdated(Exception):
+    """What was taken over does not go with what was computed."""
+
+
+def begun(work: Work, name: str) -> bool:
+    """Whether a model is taken over; what it warned of when it was built is said again."""
+    if (kept := work.known.models.get(name)) is None:
+        return False
+    _tell(work, kept.told[work.number].get("prepare", ()))
+    return True
+
+
+def ended(work: Work, name: str) -> bool:
+    """Whether a model is taken over: its result is, and what it warned of when it was solved is said again."""
+    if (kept := work.known.models.get(name)) is None:
+        return False
+    work.models[name] = replace(kept.results[work.number], kept=kept.computed)
+    work.taken.add(name)
+    _tell(work, kept.told[work.number].get("solve", ()))
+    return True
+
+
+def recall(works: Sequence[Work]) -> None:
+    """Take over everything, in the order in which it would be computed. Raises Outdated."""
+    for work in works:
+        if (whole := work.known.references) is None:
+            raise Outdated
+        _tell(work, whole.told[work.number])
+        for name, found in whole.results[work.number].items():
+            work.references[name] = replace(found, kept=whole.computed)
+            work.taken.add(name)
+        for name in work.plan.models:
+            begun(work, name)
+    for name in works[0].plan.models:
+        for work in works:
+            ended(work, name)
+    doubted(works)
+
+
+def _tell(work: Work, told: Sequence[Told]) -> None:
+    for one in told:
+        work.warn(one.found, one.here, one.once)
+
+
+def doubted(works: Sequence[Work]) -> None:
+    """Note what speaks against each model before errors are stated. Raises Outdated where that was otherwise.
+
+    Warnings about what models share, such as a support, speak against all of them, whichever met it.
+    """
+    from softmark.interpreter.evidence.doubts import doubts_of
+
+    for work in works:
+        work.about = ("", "")
+        for name, result in work.models.items():
+            work.doubts[name] = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
+            kept = work.known.models.get(name)
+            if kept is not None and result.stated and kept.doubts[work.number] != work.doubts[name]:
+                raise Outdated

@@ -1,0 +1,335 @@
+"""Results that are kept: what is computed again after which change, and that nothing else differs for it."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.study.expansion import sources
+from softmark.interpreter.study.kept import keeper, store
+
+SCENE = """scene "Kept"
+use "gels.scene" as gels
+param n = 12
+param E = 60 kPa
+material gel = neo_hookean(young = E, poisson = 0.3, density = 1000 kg/m^3)
+body beam = solid(cylinder(length = 100 mm, radius = 10 mm), gel)
+support wall = fixed(beam, where = x <= 0 mm)
+load weight = gravity(9.81 m/s^2)
+analysis still = static(tolerance = 1e-8)
+model rod = beam6dof(segments = 10)
+model fine = beam6dof(segments = n)
+model stiff = beam6dof(segments = 8, shear = no)
+reference theory = simo_reissner(beam)
+probe axis = line(beam, from = (0, 0, 0) mm, to = (100, 0, 0) mm, points = 5)
+metric eta = energy_norm(axis, against = theory)
+metric speed = realtime(25 Hz)
+expect rod.eta < 10 %
+"""
+GELS = "material soft = neo_hookean(young = 30 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
+ALL = {"rod", "fine", "stiff", "theory"}
+
+
+def run(folder: Path, *options: str, text: str | None = None) -> tuple[set[str], str]:
+    """The models and references that a run computed, and what it said; the scene is written where it is given."""
+    if text is not None:
+        (folder / "my.scene").write_text(text, encoding="utf-8")
+    if not (folder / "gels.scene").exists():
+        (folder / "gels.scene").write_text(GELS, encoding="utf-8")
+    out, err = io.StringIO(), io.StringIO()
+    with chdir(folder), redirect_stdout(out), redirect_stderr(err):
+        status = main(["run", "my.scene", "--out", "report", *options])
+    assert status in (0, 1), err.getvalue()
+    return computed(folder), out.getvalue() + err.getvalue()
+
+
+def report(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "report" / "report.json").read_text(encoding="utf-8"))
+    return found
+
+
+def computed(folder: Path) -> set[str]:
+    found = report(folder)
+    return {n for n, r in (found["models"] | found["references"]).items() if "kept" not in r}
+
+
+def kept(folder: Path) -> list[Path]:
+    return sorted((folder / "report" / store.FOLDER).iterdir())
+
+
+def plain(folder: Path) -> list[str]:
+    """Both files without the moment of the run and what says that something was kept."""
+    said = (
+        r',\s*"kept": "[^"]*"',
+        r'<p class="kept[^>]*>.*?</p>',
+        r"<time[^>]*>[^<]*</time>",
+        r"\d{4}-\d\d-\d\dT[0-9:+]*",
+    )
+    found = []
+    for name in ("report.json", "report.html"):
+        text = (folder / "report" / name).read_text(encoding="utf-8")
+        for pattern in said:
+            text = re.sub(pattern, "", text)
+        found.append(text)
+    return found
+
+
+def changed(old: str, new: str) -> str:
+    assert old in SCENE
+    return SCENE.replace(old, new)
+
+
+def test_a_second_run_takes_everything_over_and_says_so(tmp_path: Path) -> None:
+    assert run(tmp_path, text=SCENE)[0] == ALL
+    before = plain(tmp_path)
+    code = (
+        "import sys; from softmark.interpreter.cli.main import main; main(['run', 'my.scene', '--out', 'report']);"
+        "print([m for m in ('numba', 'scipy', 'ipctk', 'meshio') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.strip().endswith("[]"), "no solver is so much as loaded"
+    assert computed(tmp_path) == set()
+    assert "kept from the run of " in done.stdout
+    assert "rod, fine, stiff, theory" in done.stdout
+    assert plain(tmp_path) == before
+    assert 'class="kept' in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert report(tmp_path)["models"]["rod"]["kept"] <= report(tmp_path)["environment"]["started"]
+    only, _ = run(tmp_path, text=changed("segments = 8", "segments = 9"))
+    assert only == {"stiff", "theory"}, "one model, and the reference that it is held against"
+
+
+EDITS: dict[str, tuple[str, set[str]]] = {
+    "a comment": ("# nothing\n\n" + SCENE, set()),
+    "the title": (changed('"Kept"', '"Other"'), set()),
+    "an expectation": (SCENE + "expect fine.eta < 20 %\n", set()),
+    "an expectation that fails": (changed("< 10 %", "> 10 %"), set()),
+    "the form": (changed("beam6dof(segments = 10)", "beam6dof( segments = 10 )"), {"rod", "theory"}),
+    "one model": (changed("segments = 10)", "segments = 11)"), {"rod", "theory"}),
+    "a field of one model": (changed("shear = no", "shear = yes"), {"stiff", "theory"}),
+    "a new model": (SCENE + "model more = beam6dof(segments = 6)\n", {"more", "theory"}),
+    "a parameter of one model": (changed("n = 12", "n = 13"), {"fine", "theory"}),
+    "a parameter of the material": (changed("E = 60 kPa", "E = 60.00001 kPa"), ALL),
+    "a parameter nobody uses": (SCENE + "param free = 3 mm\n", set()),
+    "the material": (changed("poisson = 0.3,", "poisson = 0.31,"), ALL),
+    "the body": (changed("radius = 10 mm", "radius = 9 mm"), ALL),
+    "the support": (changed("x <= 0 mm", "x <= 0.001 um"), ALL),
+    "the load": (changed("9.81", "9.80665"), ALL),
+    "the analysis": (changed("1e-8", "1e-9"), ALL),
+    "the reference": (changed("simo_reissner", "elastica"), ALL),
+    "a new reference": (SCENE + "reference other = elastica(beam)\n", ALL | {"other"}),
+    "the probe": (changed("points = 5", "points = 6"), ALL),
+    "the metric": (changed("25 Hz", "30 Hz"), ALL),
+    "a new metric": (SCENE + "metric drop = displacement(axis, along = -z)\n", ALL),
+    "what was published": (SCENE + 'published p = column(eta, of = [rod], values = [1] %, source = "s")\n', ALL),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the scene was run once."""
+    folder = tmp_path_factory.mktemp("kept")
+    run(folder, text=SCENE)
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("edit", EDITS)
+def test_what_an_edit_has_computed(edit: str, first: Path) -> None:
+    text, expected = EDITS[edit]
+    assert run(first, text=text)[0] == expected
+
+
+OPTIONS: dict[str, tuple[tuple[str, ...], set[str]]] = {
+    "an override of one model": (("-p", "n=14"), {"fine", "theory"}),
+    "an override of a field": (("-p", "rod.segments=14"), {"rod", "theory"}),
+    "an override of the material": (("-p", "gel.poisson=0.29"), ALL),
+    "an override to the same value": (("-p", "n=12"), set()),
+    "repetitions": (("--repeat", "2"), ALL),
+    "stated errors": (("--stated",), ALL),
+    "one model alone": (("--model", "rod"), {"theory"}),
+    "fresh": (("--fresh",), ALL),
+    "meshes": (("--vtu",), ALL),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("option", OPTIONS)
+def test_what_an_option_has_computed(option: str, first: Path) -> None:
+    words, expected = OPTIONS[option]
+    assert run(first, *words, text=SCENE)[0] == expected
+
+
+@pytest.mark.slow
+def test_what_is_no_text_of_the_scene_counts_as_well(first: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run(first, text=SCENE)
+    with monkeypatch.context() as patch:
+        patch.setenv("OMP_NUM_THREADS", "7")
+        assert run(first)[0] == ALL
+    with monkeypatch.context() as patch:
+        patch.setattr(sources, "digest", lambda: "another softmark")
+        assert run(first)[0] == ALL
+    (first / "gels.scene").write_text(GELS.replace("30", "31"), encoding="utf-8")
+    assert run(first)[0] == ALL
+    (first / "gels.scene").write_text(GELS, encoding="utf-8")
+    assert run(first)[0] == set()
+
+
+SEEN = """reference seen = markers("seen.csv", unit = 1 mm, uncertainty = 0.1 mm)
+probe dots = markers(beam, of = seen)
+metric off = energy_norm(dots, against = seen)
+"""
+
+
+def measured(folder: Path, share: float) -> None:
+    rows = [f"{x},0,0,{x},0,{-x * share}" for x in (20, 50, 90)]
+    (folder / "seen.csv").write_text("x0,y0,z0,x1,y1,z1\n" + "\n".join(rows) + "\n", encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_contents_of_files_count_and_their_names_do_not_hide_them(tmp_path: Path) -> None:
+    measured(tmp_path, 0.01)
+    everything = ALL | {"seen"}
+    assert run(tmp_path, text=SCENE + SEEN)[0] == everything
+    assert run(tmp_path)[0] == set()
+    os.utime(tmp_path / "seen.csv")
+    assert run(tmp_path)[0] == set(), "saved, and the same"
+    measured(tmp_path, 0.02)
+    assert run(tmp_path)[0] == everything
+
+
+@pytest.mark.slow
+def test_a_file_that_is_saved_while_it_is_read_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured(tmp_path, 0.01)
+    known = keeper.Keeper.known
+
+    def saved(self: keeper.Keeper, *given: Any) -> Any:
+        found = known(self, *given)
+        measured(tmp_path, 0.03)  # after it was looked at, before it is read
+        return found
+
+    with monkeypatch.context() as patch:
+        patch.setattr(keeper.Keeper, "known", saved)
+        run(tmp_path, text=SCENE + SEEN)
+    measured(tmp_path, 0.01)
+    assert run(tmp_path)[0] == ALL | {"seen"}
+
+
+@pytest.mark.slow
+def test_who_is_held_against_a_model_needs_it_computed(tmp_path: Path) -> None:
+    text = SCENE + "metric apart = energy_norm(axis, against = fine)\n"
+    run(tmp_path, text=text)
+    assert run(tmp_path)[0] == set()
+    assert run(tmp_path, text=text.replace("segments = 8", "segments = 9"))[0] == {"stiff", "fine", "theory"}
+    assert run(tmp_path, text=text.replace("n = 12", "n = 13"))[0] == ALL, "all are held against it"
+
+
+@pytest.mark.slow
+def test_nothing_of_a_plugin_is_kept(tmp_path: Path) -> None:
+    plugin = "from softmark.interpreter.models.beam.words import Beam6Dof\n\nSOFTMARK = {'models': {}}\n"
+    (tmp_path / "mine.py").write_text(plugin, encoding="utf-8")
+    run(tmp_path, text=SCENE)
+    for _ in range(2):
+        assert run(tmp_path, "--plugin", "mine.py")[0] == ALL
+
+
+WARNS = SCENE.replace("model stiff", "model cubes = fem(hex8, strain = small, size = 10 mm)\nmodel stiff").replace(
+    "E = 60 kPa", "E = 2 kPa"
+)
+
+
+@pytest.mark.slow
+def test_warnings_stay_with_what_they_are_about(tmp_path: Path) -> None:
+    """Of the run itself: they point to the same line, wherever that stands by now, and stated errors repeat them."""
+    run(tmp_path, text=WARNS)
+    before = report(tmp_path)
+    assert any(w["code"] == "W306" for w in before["warnings"])
+    assert run(tmp_path)[0] == set()
+    assert report(tmp_path)["warnings"] == before["warnings"]
+    run(tmp_path, text="\n\n" + WARNS)
+    lines = [None if w["line"] is None else w["line"] - 2 for w in report(tmp_path)["warnings"]]
+    assert lines == [w["line"] for w in before["warnings"]]
+    assert run(tmp_path, text=WARNS.replace("segments = 8", "segments = 9"))[0] == {"stiff", "theory"}
+    codes = {w["code"] for w in report(tmp_path)["warnings"]}
+    assert run(tmp_path, "--fresh")[0] == ALL | {"cubes"}
+    assert {w["code"] for w in report(tmp_path)["warnings"]} == codes
+
+
+@pytest.mark.slow
+def test_what_is_damaged_is_computed_again_with_a_remark(tmp_path: Path) -> None:
+    run(tmp_path, text=SCENE)
+    cut, turned, empty, folder = kept(tmp_path)
+    cut.write_bytes(cut.read_bytes()[:-7])
+    data = bytearray(turned.read_bytes())
+    data[len(data) // 2] ^= 1
+    turned.write_bytes(bytes(data))
+    empty.write_bytes(b"")
+    folder.unlink()
+    folder.mkdir()
+    again, said = run(tmp_path)
+    assert again == ALL
+    assert said.count("computed again") >= 3
+    assert "Traceback" not in said
+    folder.rmdir()
+    run(tmp_path)
+    assert run(tmp_path)[0] == set()
+
+
+def outside(folder: Path, *options: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "softmark.interpreter", "run", "my.scene", "--out", "report", *options]
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def waited(until: Callable[[], bool], seconds: float = 60.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not until():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+def test_who_is_killed_leaves_nothing_half_written(tmp_path: Path) -> None:
+    run(tmp_path, text=SCENE)
+    (tmp_path / "my.scene").write_text(SCENE.replace("E = 60", "E = 61"), encoding="utf-8")
+    before = len(kept(tmp_path))
+    process = outside(tmp_path)
+    waited(lambda: len(kept(tmp_path)) > before or process.poll() is not None)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert run(tmp_path)[0] <= ALL
+    assert run(tmp_path)[0] == set()
+    assert run(tmp_path, text=SCENE)[0] == set()
+
+
+@pytest.mark.slow
+def test_two_runs_at_once_in_one_folder(tmp_path: Path) -> None:
+    (tmp_path / "my.scene").write_text(SCENE, encoding="utf-8")
+    (tmp_path / "gels.scene").write_text(GELS, encoding="utf-8")
+    both = [outside(tmp_path), outside(tmp_path, "-p", "n=20")]
+    for process in both:
+        _, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
+    for options in ((), ("-p", "n=20")):
+        assert run(tmp_path, *options)[0] == set()
+
+
+def test_a_folder_of_results_stays_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "MOST", 3)
+    for number in range(6):
+        store.write(tmp_path, f"{number}", number, [])
+        os.utime(store._path(tmp_path, f"{number}"), (number, number))
+    store.prune(tmp_path, ["0"])
+    left = {number for number in range(6) if store.read(tmp_path, f"{number}") is not None}
+    assert left == {0, 4, 5}

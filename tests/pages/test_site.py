@@ -1,0 +1,177 @@
+"""The site: built without a warning, every link leads somewhere, nothing is taken from a network."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from softmark.interpreter.cli.main import main
+from softmark.interpreter.dictionary import words
+from softmark.interpreter.dictionary.codes import pages as codes
+from softmark.interpreter.language.sources import standard_scenes
+from softmark.interpreter.pages import build, gallery, messages, reference
+from softmark.interpreter.pages.markup import described, escaped
+from softmark.interpreter.pages.places import places
+
+PICTURE, ALL_PICTURES = 60_000, 1_500_000  # bytes
+EXTERNAL = Path(__file__).with_name("external_links.txt")
+
+
+def test_every_word_and_every_message_has_a_place() -> None:
+    made = "\n".join(reference.pages().values())
+    assert [c.name for c in words.constructors() if f"```{{word}} {reference.target(c)}\n" not in made] == []
+    made = "\n".join(messages.pages().values())
+    assert [code for code in codes() if made.count(f"```{{message}} {code}\n") != 1] == []
+
+
+@pytest.mark.parametrize("name", standard_scenes())
+def test_the_gallery_has_every_scene_as_it_is(name: str) -> None:
+    mend = f"python tests/benchmarks/gallery.py {name}"
+    record = gallery.known().get(name)
+    assert record is not None, mend
+    assert record["sha256"] == gallery.text_hash(name), mend
+    assert record["picture"] is None or (gallery.PICTURES / f"{name}.png").stat().st_size < PICTURE, mend
+
+
+def test_pictures_are_small_and_of_scenes() -> None:
+    files = list(gallery.PICTURES.iterdir())
+    assert {f.stem for f in files} <= standard_scenes().keys()
+    assert sum(f.stat().st_size for f in files) < ALL_PICTURES
+
+
+def test_a_scene_that_has_changed_says_so() -> None:
+    name = next(iter(gallery.known()))
+    record = gallery.known()[name]
+    assert gallery.STALE not in gallery.section(name, record)
+    assert gallery.STALE in gallery.section(name, {**record, "sha256": "0"})
+    assert "Nobody has run it" in gallery.section(name, None)
+
+
+def test_docstrings_become_paragraphs_and_formulas() -> None:
+    doc = "One.\n\npsi = a * b\n    + c\nProse of `code_` and a_b\nSource: somebody."
+    assert described(doc) == (
+        "One.\n\n```text\npsi = a * b\n    + c\n```\n\nProse of `code_` and a\\_b\n\nSource: somebody."
+    )
+    assert escaped("a < `b_c`", {"b_c": "{word}`b_c`"}.get) == "a \\< {word}`b_c`"
+
+
+@dataclass
+class Page(HTMLParser):
+    """Links and places of a page."""
+
+    text: str
+    links: list[str] = field(default_factory=list)
+    taken: list[str] = field(default_factory=list)  # what a browser loads with it
+    ids: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        super().__init__()
+        self.feed(self.text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        own = dict(attrs)
+        self.ids |= {own["id"] or ""} if "id" in own else set()
+        if tag == "a" and own.get("href"):
+            self.links.append(str(own["href"]))
+        elif found := own.get("src") or (own.get("href") if tag == "link" else None):
+            self.taken.append(found)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, tuple[str, ...]]:
+    """The whole of it, built once, and what Sphinx warned of."""
+    for name in build.NEEDED:
+        pytest.importorskip(name)
+    folder = tmp_path_factory.mktemp("site")
+    return folder, build.build(folder, build.sources())
+
+
+@pytest.fixture(scope="module")
+def known(site: tuple[Path, tuple[str, ...]]) -> dict[Path, Page]:
+    """Its pages by their files."""
+    return {f: Page(f.read_text(encoding="utf-8")) for f in sorted(site[0].rglob("*.html"))}
+
+
+@pytest.mark.slow
+def test_it_is_built_without_a_warning(site: tuple[Path, tuple[str, ...]]) -> None:
+    assert site[1] == ()
+
+
+@pytest.mark.slow
+def test_links_lead_to_places_that_are_there(known: dict[Path, Page]) -> None:
+    broken = []
+    for file, page in known.items():
+        for link in {*page.links, *page.taken}:
+            to = urlsplit(link)
+            if to.scheme:
+                continue
+            target = (file.parent / unquote(to.path)).resolve() if to.path else file
+            there = target in known and (not to.fragment or unquote(to.fragment) in known[target].ids)
+            if not (there or (target.is_file() and target.suffix != ".html")):
+                broken.append(f"{file.name}: {link}")
+    assert broken == []
+
+
+@pytest.mark.slow
+def test_nothing_is_taken_from_a_network(site: tuple[Path, tuple[str, ...]], known: dict[Path, Page]) -> None:
+    assert [link for page in known.values() for link in page.taken if urlsplit(link).scheme not in ("", "data")] == []
+    styles = "".join(f.read_text(encoding="utf-8") for f in site[0].rglob("*.css"))
+    assert re.findall(r"(?:url\(|@import)\s*['\"]?(?:https?:)?//[^)]*", styles) == []
+
+
+@pytest.mark.slow
+def test_links_to_the_outside_are_those_that_are_listed(known: dict[Path, Page]) -> None:
+    found = {link for page in known.values() for link in page.links if urlsplit(link).scheme}
+    assert sorted(found) == EXTERNAL.read_text(encoding="utf-8").split()
+
+
+@pytest.mark.slow
+def test_a_name_leads_to_its_place(
+    site: tuple[Path, tuple[str, ...]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, opened = site[0], []
+    kept = build.Built(folder, True)
+    monkeypatch.setattr(build, "site", lambda before: kept)
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    for name in ("fem", "e204", "surface", "silicone-beam", "gallery"):
+        assert main(["docs", name]) == 0
+    ends = [address.rpartition("/")[2] for address in opened]
+    assert ends == [
+        "model.html#std-word-fem", "names.html#std-message-E204", "probe.html#std-word-surface-probe",
+        "beams.html#std-scene-silicone-beam", "index.html",
+    ]  # fmt: skip
+    assert main(["docs", "--no-open"]) == 0
+    assert len(opened) == 5
+    assert capsys.readouterr().out.splitlines()[-1] == str((folder / "index.html").resolve())
+    assert main(["docs", "galery"]) == 2
+    assert "did you mean `gallery`?" in capsys.readouterr().err
+    assert places(folder)["beam6dof"].startswith("reference/model.html#")
+
+
+@pytest.mark.slow
+def test_formulas_are_mathml_and_what_leads_nowhere_is_a_warning(tmp_path: Path) -> None:
+    for name in build.NEEDED:
+        pytest.importorskip(name)
+    style = {"_static/softmark.css": b""}
+    text = "# A\n\n$\\psi = \\frac{a}{2}$\n\n$$\n\\begin{aligned} a &= b \\\\ c &= \\sqrt{d} \\end{aligned}\n$$\n"
+    assert build.build(tmp_path / "a", {"index.md": text.encode(), **style}) == ()
+    page = (tmp_path / "a" / "index.html").read_text(encoding="utf-8")
+    assert "<mfrac>" in page and "<mtable" in page and "<msqrt>" in page  # noqa: PT018
+    assert "mathjax" not in page.lower()
+    wrong = "# A\n\n$\\nosuch{a}$ {word}`nothing` [there](nowhere.md)\n"
+    assert len(build.build(tmp_path / "b", {"index.md": wrong.encode(), **style})) == 3
+
+
+def test_without_the_extra_it_says_how_to_get_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(build, "find_spec", lambda name: None)
+    monkeypatch.setattr(build, "sources", dict)
+    assert main(["docs"]) == 2
+    assert 'pip install "softmark[docs]"' in capsys.readouterr().err
