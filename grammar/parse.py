@@ -43,9 +43,8 @@ from softmark.grammar.tree import (
 )
 
 MAX_DIAGNOSTICS = 20
-KEPT = (
-    5000  # trees of declarations: an editor has a text parsed after each letter, and most of it stands where it stood
-)
+# trees of declarations: an editor has a text parsed after each letter, and most of it stands where it stood
+KEPT = 5000
 _parsed: dict[tuple[Token, ...], Any] = {}
 
 
