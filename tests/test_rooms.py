@@ -53,7 +53,6 @@ MANY = {  # and why
     "interpreter/metrics": "a metric is a file",
     "interpreter/models/shared": "what models of all kinds do with one thing, a load or a support, is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
-    "interpreter/editor": "a request of an editor is a file, and what they share is beside them",
     "interpreter/report/run/tables": "a section of numbers is a file, and what they share is beside them",
     "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",
