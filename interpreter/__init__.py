@@ -13,6 +13,9 @@ run         the pipeline: from a text to its report
 study       many runs: comparisons, and walks to the edges of models
 report      pages, tables, figures, files
 exchange    scenes of other programs' meshes and decks
+dictionary  what is said of every word and message
+editor      the language server: a request is a file
+pages       the documentation
 face        softmark from Python
 cli         `dsl`
 """

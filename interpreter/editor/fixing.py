@@ -27,7 +27,7 @@ def actions(document: Document, params: types.CodeActionParams) -> list[types.Co
 
 def _fixes(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
     """Messages about the text itself that name a replacement, what is replaced, and the messages of the protocol."""
-    for found in document.checked[1]:
+    for found in document.found:
         new = replacement(found)
         if new is not None and found.source is not None and found.source.text == document.text:
             yield found, document.range(new[0]), diagnostic(document, found)

@@ -48,7 +48,7 @@ def _named(document: Document, position: types.Position) -> Occurrence:
     found = at(document, document.offset(position))
     if found is None:
         raise Refused("there is no name of the scene here: words of the language and fields are called as they are")
-    if any(d.code.startswith("E1") for d in document.checked[1]):
+    if any(d.code.startswith("E1") for d in document.compiled[1]):
         raise Refused("the text has errors of syntax, and names in what cannot be read would stay: mend them first")
     target = found.target
     if target.module.file is not None and target.module.file.resolve().is_relative_to(ROOT.resolve()):
@@ -77,7 +77,7 @@ def _keeps_its_meaning(document: Document, edits: list[types.TextEdit], new: str
     for edit in sorted(edits, key=lambda e: (e.range.start.line, e.range.start.character), reverse=True):
         start, end = document.offset(edit.range.start), document.offset(edit.range.end)
         text = text[:start] + edit.new_text + text[end:]
-    before = {d.code for d in document.checked[1]}
+    before = {d.code for d in document.compiled[1]}
     for found in compiled(Source(document.source.name, text), document.folder, document.file)[1]:
         if found.severity == "error" and found.code not in before:
             raise Refused(f"`{new}` would be an error, {found.code}: {found.message}")

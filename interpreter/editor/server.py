@@ -44,6 +44,7 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_CODE_LENS: Feature("lenses:lenses"),
     types.TEXT_DOCUMENT_COMPLETION: Feature("completion:complete", types.CompletionOptions(TRIGGERS)),
     types.TEXT_DOCUMENT_DEFINITION: Feature("navigation:definition"),
+    types.TEXT_DOCUMENT_DID_SAVE: Feature("watching:saved", wide=True),
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: Feature("navigation:highlights"),
     types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: Feature("outline:symbols"),
     types.TEXT_DOCUMENT_FOLDING_RANGE: Feature("outline:folds"),

@@ -312,7 +312,7 @@ def test_the_client_of_vs_code_talks_with_the_server(our_dsl: str, tmp_path: Pat
     done = subprocess.run(ask, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
-    assert [one["code"] for one in said["broken"]] == ["E205"]
+    assert [one["code"]["value"] for one in said["broken"]] == ["E205"]  # with the page that it leads to
     assert said["left"] == []
     for method, answer in said["answers"].items():
         assert answer is not None, method
