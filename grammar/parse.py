@@ -44,7 +44,7 @@ from softmark.grammar.tree import (
 
 MAX_DIAGNOSTICS = 20
 # trees of declarations: an editor has a text parsed after each letter, and most of it stands where it stood
-KEPT = 5000
+KEPT = 1500
 _parsed: dict[tuple[Token, ...], Any] = {}
 
 
