@@ -21,6 +21,7 @@ from softmark.grammar.tree import Span, between
 from softmark.records import dataclass
 
 VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # what a value starts with
+FAR = 400  # characters behind a comment that are looked at
 SHAPE = "a declaration reads `kind name = value`"
 WORDS_FOR = {  # kinds of token that have no fixed text
     "NUMBER": "a value",
@@ -186,7 +187,7 @@ def _junk(slip: Slip) -> Diagnostic | None:
 def _as_comment(slip: Slip) -> Fix | None:
     """A foreign comment in one line, nothing behind it, as one of ours."""
     text, end = slip.found.text, slip.found.end
-    if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end:]):
+    if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end : end + FAR]):
         return None
     return Fix(f"# {text[2:].removesuffix('*/').strip()}")
 

@@ -104,6 +104,11 @@ class Document:
         scene, found = self.compiled
         return looked_at(scene, list(found))
 
+    @property
+    def found(self) -> list[Diagnostic]:
+        """All that `dsl check` says, or, until that is done, what reading the text finds: for what must not wait."""
+        return self._checked[1] if "_checked" in self.__dict__ else self.compiled[1]
+
     @cached_property
     def table(self) -> ModuleTable:
         """All names of the scene and of what it uses, as far as they can be read."""

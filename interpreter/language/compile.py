@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, did_you_mean
 from softmark.grammar.suggest import nearest
 from softmark.interpreter.language import aliases, overrides, parameters, schema, sources
 from softmark.interpreter.language.calls import Binder
@@ -165,7 +165,9 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
     made = next((c.kind for c in vocabulary.find(meant)), None)
     close = meant if meant in kinds else slip(node.kind, kinds)
     if made:
-        hint: str | Remedy = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        words = f"`{meant}` makes {schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        called = isinstance(node.value, tree.Call) and node.value.function.text == meant
+        hint: str | Remedy = Remedy(words, Fix(made) if called else None)
     else:
         known = meaning(node.kind) or "kinds of declarations: " + ", ".join(kinds)
         hint = did_you_mean(close) if close else known
