@@ -24,7 +24,6 @@ from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import ModuleTable
 
 CHECKING = threading.RLock()  # one check at a time
-PATIENCE = 0.05  # s that an answer waits for one
 
 
 @dataclass(frozen=True)
@@ -88,16 +87,6 @@ class Document:
         """The compiled scene, None if it has errors, and all that `dsl check` says of it: found once by any thread."""
         with CHECKING:
             return self._checked
-
-    @property
-    def found(self) -> list[Diagnostic]:
-        """The same messages, or where another thread has been at them for long, those of names and dimensions alone."""
-        if not CHECKING.acquire(timeout=PATIENCE):
-            return self.compiled[1]
-        try:
-            return self._checked[1]
-        finally:
-            CHECKING.release()
 
     @cached_property
     def _checked(self) -> tuple[Scene | None, list[Diagnostic]]:
