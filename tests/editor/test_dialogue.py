@@ -127,6 +127,7 @@ async def test_hostile_texts_leave_the_server_alone(client: LanguageClient, tmp_
         edit(client, text, version, new)
         params = types.CompletionParams(text, types.Position(0, 10_000))
         await client.text_document_completion_async(params)
+    edit(client, text, 20, "")
     await asyncio.wait_for(said(client, text), 20)
 
 
