@@ -16,7 +16,7 @@ def hint(name: str) -> str:
         return f"laws take `young` and `poisson`: {aliases.MODULI[name]}"
     if said := meaning(name) or _meant_unit(name):
         return said
-    close = slip(name, _names())
+    close = slip(name, _names()) if len(name) > 1 else None
     return f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
 
 

@@ -13,7 +13,8 @@ from softmark.interpreter.language.sources import Missing, locate, read
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.face.shown import RunReport, ShownComparison, ShownStress
+    from softmark.interpreter.face.shown import RunReport
+    from softmark.interpreter.face.shown_studies import ShownComparison, ShownStress
 
 Parameter = Any  # a text such as "120 mm", a number where it has no unit, a quantity of pint
 TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that its `repr` names
@@ -175,7 +176,7 @@ def compare(
         arguments.place("folder", folder, "a folder")
 
     from softmark.interpreter.face import progress
-    from softmark.interpreter.face.shown import ShownComparison
+    from softmark.interpreter.face.shown_studies import ShownComparison
     from softmark.interpreter.study.compare import ComparisonRequest
     from softmark.interpreter.study.compare import compare as carry_out
     from softmark.interpreter.study.expansion.variations import SceneSubject, subject_of
@@ -224,7 +225,7 @@ def stress(
         arguments.place("folder", folder, "a folder")
 
     from softmark.interpreter.face import progress
-    from softmark.interpreter.face.shown import ShownStress
+    from softmark.interpreter.face.shown_studies import ShownStress
     from softmark.interpreter.study.expansion.variations import subject_of
     from softmark.interpreter.study.stability.queue import StabilityRequest
     from softmark.interpreter.study.stability.queue import stress as carry_out

@@ -13,6 +13,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.nodes import process_index_entry
 
+from softmark.interpreter.editor.colours.pygments_lexer import SceneLexer
 from softmark.interpreter.pages import formulas
 
 
@@ -20,11 +21,11 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Sphinx asks this of an extension."""
     for role in ("word", "message", "scene"):  # ```{word} fem marks a place, {word}`fem` leads there
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
-    for name in ("scene", "csv"):  # what Pygments may not know; ours comes by an entry point, once it is installed
-        try:
-            find_lexer_class_by_name(name)
-        except ClassNotFound:
-            app.add_lexer(name, TextLexer)
+    app.add_lexer("scene", SceneLexer)
+    try:
+        find_lexer_class_by_name("csv")
+    except ClassNotFound:  # which Pygments may not know
+        app.add_lexer("csv", TextLexer)
     app.add_directive("indexed", Indexed)
     formulas.setup(app)
     app.add_css_file("softmark.css")

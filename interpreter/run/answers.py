@@ -97,14 +97,17 @@ class Work:
         return "" if self.state is None else f" in the state {percent(self.state)}"
 
 
-def works_of(scene: Scene, plan: Plan, options: Options, warnings: Sequence[Diagnostic]) -> tuple[Work, ...]:
+def works_of(
+    scene: Scene, plan: Plan, options: Options, warnings: Sequence[Diagnostic], known: Known = NOTHING
+) -> tuple[Work, ...]:
     """The run of a scene: one of each of its states, in their order, or the only one."""
     states = states_of(scene)
     if not states:
-        return (Work(scene, plan, options, list(warnings)),)
+        return (Work(scene, plan, options, list(warnings), known=known),)
     works: list[Work] = []
     for number, value in enumerate(states):
-        work = Work(in_state(scene, number), plan, options, list(warnings), state=value, number=number)
+        own = in_state(scene, number)
+        work = Work(own, plan, options, list(warnings), state=value, number=number, known=known)
         if works:
             work.before, work.started = works[-1], works[0].started
             work.meshes, work.surfaces = works[0].meshes, works[0].surfaces

@@ -10,16 +10,12 @@ from softmark.interpreter.front.load import checked
 from softmark.interpreter.front.requests import concerning, unknown_models
 from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.run import taken
-from softmark.interpreter.run.kept import NOTHING, Known
 from softmark.interpreter.run.options import Options, Sound, Text
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Scene
-    from softmark.interpreter.plan.plan import Plan
     from softmark.interpreter.results.report import Report
-    from softmark.interpreter.run.answers import Work
     from softmark.interpreter.run.taken import Keeper
 
 __all__ = ["Options", "Sound", "Text", "report_of", "run", "sound_of"]
@@ -29,56 +25,38 @@ def report_of(given: Text | Sound, options: Options, keeper: Keeper | None = Non
     """The report of a text, or of a scene that was checked before; each finished model is in a report at once.
 
     What a `keeper` knows of earlier runs is taken over, and what is found is kept with it. Raises SceneError,
-    before anything is solved, for a scene that is in error or of which something cannot be built.
+    before anything is solved, for a scene that is in error or of which something cannot be built, and Outdated
+    where what was taken over does not go with what was computed.
     """
     sound = given if isinstance(given, Sound) else sound_of(given, options)  # grammar, language, front
     options.begin(sound.scene)
     plan = plan_of(sound.scene, options.only)  # plan: what is asked for, and no more
 
-    if keeper is None:
-        return _reported(sound, plan, options)[0]
-    try:
-        report, works = _reported(sound, plan, options, keeper.known(sound.scene, plan, options))
-    except taken.Outdated:
-        report, works = _reported(sound, plan, options)
-    keeper.keep(works)
-    return report
+    from softmark.interpreter.run import answers, reports, taken  # numpy: only what is sound
 
+    known = taken.known(sound.scene, plan, options, keeper)
+    works = answers.works_of(sound.scene, plan, options, sound.warnings, known)  # one for each state of the analysis
+    if not taken.recalled(works):
+        from softmark.interpreter.run import models, probes, references  # solvers: only what is not known
 
-def _reported(sound: Sound, plan: Plan, options: Options, known: Known = NOTHING) -> tuple[Report, tuple[Work, ...]]:
-    """What comes of a plan of which so much is known, and all that was found for it. Raises SceneError, Outdated."""
-    from softmark.interpreter.run import answers, reports  # numpy: only what is sound
-
-    works = answers.works_of(sound.scene, plan, options, sound.warnings)  # one for each state of the analysis
-    for work in works:
-        work.known = known
-    if known.references is None:
-        _computed(works)
-    else:
-        taken.recall(works)  # of an earlier run: no solver is so much as loaded
-    return reports.finished(works), works  # metrics and evidence: measured, drawn, held against what was expected
-
-
-def _computed(works: Sequence[Work]) -> None:
-    """Have everything that is not known yet. Raises SceneError, Outdated."""
-    from softmark.interpreter.run import models, probes, references, reports
-
-    pausing.end()
-    for work in works:
-        references.read(work)  # references: what was measured, for probes and supports may lie there
-        probes.place(work)  # problem: the points that are looked at
-        models.prepare(work)  # models: meshes, energies, supports and loads as arrays
-    for work in works:
-        references.solve(work)  # references: theories, and limits of refinement
-    for name in works[0].plan.models:
+        pausing.end()
         for work in works:
-            models.solve(work, name)  # solvers; evidence: its forces are found again by other formulas
-        works[0].options.keep(reports.unfinished(works))  # metrics: what it is worth; written by the room of reports
-    for work in works:
-        references.scan(work)  # references: made from what models computed
-    taken.doubted(works)
-    for work in works:
-        models.state(work)  # evidence: the errors that models state themselves
+            references.read(work)  # references: what was measured, for probes and supports may lie there
+            probes.place(work)  # problem: the points that are looked at
+            models.prepare(work)  # models: meshes, energies, supports and loads as arrays
+        for work in works:
+            references.solve(work)  # references: theories, and limits of refinement
+        for name in plan.models:
+            for work in works:
+                models.solve(work, name)  # solvers; evidence: its forces are found again by other formulas
+            options.keep(reports.unfinished(works))  # metrics: what it is worth; written by the room of reports
+        for work in works:
+            references.scan(work)  # references: made from what models computed
+            taken.doubted(work)
+            models.state(work)  # evidence: the errors that models state themselves
+    report = reports.finished(works)  # metrics and evidence: measured, drawn, held against what was expected
+    taken.keep(works, keeper)
+    return report
 
 
 def sound_of(text: Text, options: Options) -> Sound:

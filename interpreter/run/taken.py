@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
+from softmark.interpreter.run.kept import NOTHING
+
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.plan.plan import Plan
@@ -24,12 +26,26 @@ class Keeper(Protocol):
     def known(self, scene: Scene, plan: Plan, options: Options) -> Known:
         """What of a plan was found by an earlier run and would be found again by this one."""
 
+    def anew(self) -> Keeper:
+        """The same that knows nothing."""
+
     def keep(self, works: Sequence[Work]) -> None:
         """Keep what a run has found that was not known."""
 
 
 class Outdated(Exception):
     """What was taken over does not go with what was computed."""
+
+
+def known(scene: Scene, plan: Plan, options: Options, keeper: Keeper | None) -> Known:
+    """What of a plan an earlier run has found: nothing without a keeper."""
+    return NOTHING if keeper is None else keeper.known(scene, plan, options)
+
+
+def keep(works: Sequence[Work], keeper: Keeper | None) -> None:
+    """Keep what was found, where somebody does."""
+    if keeper is not None:
+        keeper.keep(works)
 
 
 def begun(work: Work, name: str) -> bool:
@@ -50,11 +66,11 @@ def ended(work: Work, name: str) -> bool:
     return True
 
 
-def recall(works: Sequence[Work]) -> None:
-    """Take over everything, in the order in which it would be computed. Raises Outdated."""
+def recalled(works: Sequence[Work]) -> bool:
+    """Whether all was found by an earlier run: it is taken over in the order in which it was. Raises Outdated."""
     for work in works:
         if (whole := work.known.references) is None:
-            raise Outdated
+            return False
         _tell(work, whole.told[work.number])
         for name, found in whole.results[work.number].items():
             work.references[name] = replace(found, kept=whole.computed)
@@ -64,7 +80,9 @@ def recall(works: Sequence[Work]) -> None:
     for name in works[0].plan.models:
         for work in works:
             ended(work, name)
-    doubted(works)
+    for work in works:
+        doubted(work)
+    return True
 
 
 def _tell(work: Work, told: Sequence[Told]) -> None:
@@ -72,17 +90,16 @@ def _tell(work: Work, told: Sequence[Told]) -> None:
         work.warn(one.found, one.here, one.once)
 
 
-def doubted(works: Sequence[Work]) -> None:
+def doubted(work: Work) -> None:
     """Note what speaks against each model before errors are stated. Raises Outdated where that was otherwise.
 
     Warnings about what models share, such as a support, speak against all of them, whichever met it.
     """
     from softmark.interpreter.evidence.doubts import doubts_of
 
-    for work in works:
-        work.about = ("", "")
-        for name, result in work.models.items():
-            work.doubts[name] = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
-            kept = work.known.models.get(name)
-            if kept is not None and result.stated and kept.doubts[work.number] != work.doubts[name]:
-                raise Outdated
+    work.about = ("", "")
+    for name, result in work.models.items():
+        work.doubts[name] = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
+        kept = work.known.models.get(name)
+        if kept is not None and result.stated and kept.doubts[work.number] != work.doubts[name]:
+            raise Outdated

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,7 @@ def beam() -> Any:
     (lambda b: softmark.compare(b, jobs="2"), "`jobs` is"),
     (lambda b: softmark.compare(b, repeats=-1), "`repeats` is a whole number from 0"),
     (lambda b: softmark.compare(b, timeout=0), "`timeout` is a positive number of seconds or None"),
+    (lambda b: b.run(stated=1), "`stated` is True or False"),
     (lambda b: softmark.compare(b, timeout=NAN), "`timeout` is"),
     (lambda b: softmark.compare(b, timeout="60"), "`timeout` is"),
     (lambda b: softmark.compare(b, vary=["n"]), "`vary` is a dict"),
@@ -97,8 +99,12 @@ def test_numbers_with_a_unit_due_say_so() -> None:
         softmark.loads(BEAM, L=0.12)
 
 
-def test_one_name_of_a_model_is_a_name(beam: Any) -> None:
-    assert [p["model"] for p in softmark.compare(beam, models="rod", repeats=0).points] == ["rod"]
+def test_one_name_of_a_model_is_a_name(beam: Any, tmp_path: Path) -> None:
+    found = softmark.compare(beam, models="rod", repeats=0)
+    assert [p["model"] for p in found.points] == ["rod"]
+    assert repr(found).startswith("<Comparison: 1 of 1 configurations of 1 models solved")
+    assert "rod" in found._repr_html_()
+    assert [p.name for p in found.write(tmp_path)] == ["compare.json", "compare.html"]
     assert list(beam.run(models=(n for n in ["rod"])).models) == ["rod"]
 
 

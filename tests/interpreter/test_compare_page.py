@@ -19,6 +19,8 @@ import pytest
 
 from softmark.interpreter.report.compare.page import page as page_of
 from softmark.interpreter.report.compare.terminal import table as table_of
+from softmark.interpreter.report.inline.compare import inline
+from softmark.interpreter.report.inline.shell import LARGEST
 from softmark.interpreter.report.page.document import POLICY
 from softmark.interpreter.study.analysis.compared import Compared
 
@@ -236,6 +238,25 @@ def test_every_label_is_on_the_page_and_in_the_terminal(case: str, parsed: Parse
         assert label in shown
     assert not re.search(r"\bnan\b|\binf\b", shown, re.IGNORECASE)
     assert "\x1b" not in shown
+
+
+@pytest.mark.parametrize("case", ["usual", "moving", "hostile", "two scenes", "nothing", "one"])
+def test_a_notebook_shows_the_advice_then_numbers_then_the_figure(case: str, parsed: Parsed) -> None:
+    found = inline(Compared.from_json(CASES[case]()))
+    tree = parsed(found)
+    assert (tree.count("script"), tree.count("img"), tree.count("link")) == (0, 0, 0)  # but within the frame
+    assert len(found) < LARGEST
+    marks = [found.find(mark) for mark in ('class="advice"', 'class="compared', "<iframe")]
+    assert [m for m in marks if m >= 0] == sorted(m for m in marks if m >= 0)
+    if case == "usual":
+        assert min(marks) > 0
+
+
+def test_a_notebook_shows_the_first_of_many(monkeypatch: pytest.MonkeyPatch, parsed: Parsed) -> None:
+    monkeypatch.setattr("softmark.interpreter.report.inline.compare.ROWS", 2)
+    found = parsed(inline(Compared.from_json(usual()))).text
+    assert f"2 of {len(usual()['points'])} configurations" in found
+    assert "more are in comparison.points" in found
 
 
 def test_the_advice_comes_first_and_failures_say_why(parsed: Parsed) -> None:

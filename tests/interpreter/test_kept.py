@@ -15,11 +15,20 @@ from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.evidence import doubts
+from softmark.interpreter.front.catalogue import compiled
+from softmark.interpreter.results.report import SeenCurve
+from softmark.interpreter.results.states import Moment
+from softmark.interpreter.run.options import Options, Text
+from softmark.interpreter.run.pipeline import report_of
 from softmark.interpreter.study.expansion import sources
 from softmark.interpreter.study.kept import keeper, store
+from softmark.interpreter.study.kept.plain import Reader, Unkept, Writer
 
 SCENE = """scene "Kept"
 use "gels.scene" as gels
@@ -43,6 +52,9 @@ GELS = "material soft = neo_hookean(young = 30 kPa, poisson = 0.3, density = 100
 ALL = {"rod", "fine", "stiff", "theory"}
 
 
+NOBODY = compiled(Source("nobody", "param a = 1"), Path(), None)[0]
+
+
 def run(folder: Path, *options: str, text: str | None = None) -> tuple[set[str], str]:
     """The models and references that a run computed, and what it said; the scene is written where it is given."""
     if text is not None:
@@ -54,6 +66,17 @@ def run(folder: Path, *options: str, text: str | None = None) -> tuple[set[str],
         status = main(["run", "my.scene", "--out", "report", *options])
     assert status in (0, 1), err.getvalue()
     return computed(folder), out.getvalue() + err.getvalue()
+
+
+def found(folder: Path, text: str, overrides: tuple[str, ...] = (), **asked: Any) -> set[str]:
+    """The models and references that a run computes, without what it would print and write."""
+    if not (folder / "gels.scene").exists():
+        (folder / "gels.scene").write_text(GELS, encoding="utf-8")
+    plugins = asked.pop("plugins", ())
+    given = Text(Source("my.scene", text), folder, folder / "my.scene", overrides, plugins)
+    own = keeper.Keeper(lambda: folder / "report")
+    results = report_of(given, Options(free=True, draw=False, **asked), own).outcomes
+    return {result.name for result in results if not result.kept}
 
 
 def report(folder: Path) -> dict[str, Any]:
@@ -141,7 +164,7 @@ EDITS: dict[str, tuple[str, set[str]]] = {
 def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the scene was run once."""
     folder = tmp_path_factory.mktemp("kept")
-    run(folder, text=SCENE)
+    assert found(folder, SCENE) == ALL
     return folder
 
 
@@ -149,42 +172,46 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("edit", EDITS)
 def test_what_an_edit_has_computed(edit: str, first: Path) -> None:
     text, expected = EDITS[edit]
-    assert run(first, text=text)[0] == expected
+    assert found(first, text) == expected
 
 
-OPTIONS: dict[str, tuple[tuple[str, ...], set[str]]] = {
-    "an override of one model": (("-p", "n=14"), {"fine", "theory"}),
-    "an override of a field": (("-p", "rod.segments=14"), {"rod", "theory"}),
-    "an override of the material": (("-p", "gel.poisson=0.29"), ALL),
-    "an override to the same value": (("-p", "n=12"), set()),
-    "repetitions": (("--repeat", "2"), ALL),
-    "stated errors": (("--stated",), ALL),
-    "one model alone": (("--model", "rod"), {"theory"}),
-    "fresh": (("--fresh",), ALL),
-    "meshes": (("--vtu",), ALL),
+OPTIONS: dict[str, tuple[dict[str, Any], set[str]]] = {
+    "an override of one model": ({"overrides": ("n=14",)}, {"fine", "theory"}),
+    "an override of a field": ({"overrides": ("rod.segments=14",)}, {"rod", "theory"}),
+    "an override of the material": ({"overrides": ("gel.poisson=0.29",)}, ALL),
+    "an override to the same value": ({"overrides": ("n=12",)}, set()),
+    "repetitions": ({"repeat": 2}, ALL),
+    "stated errors": ({"stated": ()}, ALL),
+    "one model alone": ({"only": ("rod",)}, {"theory"}),
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("option", OPTIONS)
 def test_what_an_option_has_computed(option: str, first: Path) -> None:
-    words, expected = OPTIONS[option]
-    assert run(first, *words, text=SCENE)[0] == expected
+    asked, expected = OPTIONS[option]
+    assert found(first, SCENE, **asked) == expected
+
+
+@pytest.mark.slow
+def test_who_asks_for_everything_gets_it(tmp_path: Path) -> None:
+    run(tmp_path, text=SCENE)
+    for option in ("--fresh", "--vtu"):
+        assert run(tmp_path, option)[0] == ALL
 
 
 @pytest.mark.slow
 def test_what_is_no_text_of_the_scene_counts_as_well(first: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    run(first, text=SCENE)
     with monkeypatch.context() as patch:
         patch.setenv("OMP_NUM_THREADS", "7")
-        assert run(first)[0] == ALL
+        assert found(first, SCENE) == ALL
     with monkeypatch.context() as patch:
         patch.setattr(sources, "digest", lambda: "another softmark")
-        assert run(first)[0] == ALL
+        assert found(first, SCENE) == ALL
     (first / "gels.scene").write_text(GELS.replace("30", "31"), encoding="utf-8")
-    assert run(first)[0] == ALL
+    assert found(first, SCENE) == ALL
     (first / "gels.scene").write_text(GELS, encoding="utf-8")
-    assert run(first)[0] == set()
+    assert found(first, SCENE) == set()
 
 
 SEEN = """reference seen = markers("seen.csv", unit = 1 mm, uncertainty = 0.1 mm)
@@ -200,14 +227,13 @@ def measured(folder: Path, share: float) -> None:
 
 @pytest.mark.slow
 def test_contents_of_files_count_and_their_names_do_not_hide_them(tmp_path: Path) -> None:
+    text, everything = SCENE + SEEN, ALL | {"seen"}
     measured(tmp_path, 0.01)
-    everything = ALL | {"seen"}
-    assert run(tmp_path, text=SCENE + SEEN)[0] == everything
-    assert run(tmp_path)[0] == set()
+    assert found(tmp_path, text) == everything
     os.utime(tmp_path / "seen.csv")
-    assert run(tmp_path)[0] == set(), "saved, and the same"
+    assert found(tmp_path, text) == set(), "saved, and the same"
     measured(tmp_path, 0.02)
-    assert run(tmp_path)[0] == everything
+    assert found(tmp_path, text) == everything
 
 
 @pytest.mark.slow
@@ -216,33 +242,32 @@ def test_a_file_that_is_saved_while_it_is_read_leaves_nothing(tmp_path: Path, mo
     known = keeper.Keeper.known
 
     def saved(self: keeper.Keeper, *given: Any) -> Any:
-        found = known(self, *given)
+        taken = known(self, *given)
         measured(tmp_path, 0.03)  # after it was looked at, before it is read
-        return found
+        return taken
 
     with monkeypatch.context() as patch:
         patch.setattr(keeper.Keeper, "known", saved)
-        run(tmp_path, text=SCENE + SEEN)
+        found(tmp_path, SCENE + SEEN)
     measured(tmp_path, 0.01)
-    assert run(tmp_path)[0] == ALL | {"seen"}
+    assert found(tmp_path, SCENE + SEEN) == ALL | {"seen"}
 
 
 @pytest.mark.slow
 def test_who_is_held_against_a_model_needs_it_computed(tmp_path: Path) -> None:
     text = SCENE + "metric apart = energy_norm(axis, against = fine)\n"
-    run(tmp_path, text=text)
-    assert run(tmp_path)[0] == set()
-    assert run(tmp_path, text=text.replace("segments = 8", "segments = 9"))[0] == {"stiff", "fine", "theory"}
-    assert run(tmp_path, text=text.replace("n = 12", "n = 13"))[0] == ALL, "all are held against it"
+    found(tmp_path, text)
+    assert found(tmp_path, text) == set()
+    assert found(tmp_path, text.replace("segments = 8", "segments = 9")) == {"stiff", "fine", "theory"}
+    assert found(tmp_path, text.replace("n = 12", "n = 13")) == ALL, "all are held against it"
 
 
 @pytest.mark.slow
 def test_nothing_of_a_plugin_is_kept(tmp_path: Path) -> None:
-    plugin = "from softmark.interpreter.models.beam.words import Beam6Dof\n\nSOFTMARK = {'models': {}}\n"
-    (tmp_path / "mine.py").write_text(plugin, encoding="utf-8")
-    run(tmp_path, text=SCENE)
+    (tmp_path / "mine.py").write_text("SOFTMARK = {'models': {}}\n", encoding="utf-8")
+    found(tmp_path, SCENE)
     for _ in range(2):
-        assert run(tmp_path, "--plugin", "mine.py")[0] == ALL
+        assert found(tmp_path, SCENE, plugins=(str(tmp_path / "mine.py"),)) == ALL
 
 
 WARNS = SCENE.replace("model stiff", "model cubes = fem(hex8, strain = small, size = 10 mm)\nmodel stiff").replace(
@@ -256,9 +281,7 @@ def test_warnings_stay_with_what_they_are_about(tmp_path: Path) -> None:
     run(tmp_path, text=WARNS)
     before = report(tmp_path)
     assert any(w["code"] == "W306" for w in before["warnings"])
-    assert run(tmp_path)[0] == set()
-    assert report(tmp_path)["warnings"] == before["warnings"]
-    run(tmp_path, text="\n\n" + WARNS)
+    assert run(tmp_path, text="\n\n" + WARNS)[0] == set()
     lines = [None if w["line"] is None else w["line"] - 2 for w in report(tmp_path)["warnings"]]
     assert lines == [w["line"] for w in before["warnings"]]
     assert run(tmp_path, text=WARNS.replace("segments = 8", "segments = 9"))[0] == {"stiff", "theory"}
@@ -323,6 +346,53 @@ def test_two_runs_at_once_in_one_folder(tmp_path: Path) -> None:
         assert process.returncode == 0, errors
     for options in ((), ("-p", "n=20")):
         assert run(tmp_path, *options)[0] == set()
+
+
+@pytest.mark.slow
+def test_what_was_kept_with_other_doubts_is_not_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A model says with its error which warnings speak against it; some come from what it shares with others."""
+    run(tmp_path, text=SCENE)
+    monkeypatch.setattr(doubts, "doubts_of", lambda *given: ["W375"])
+    assert run(tmp_path)[0] == ALL
+
+
+def test_values_come_back_as_they_were() -> None:
+    curve = SeenCurve(np.array([0.1, 1 / 3]), np.array([1.0, np.nan]), ("m", "1"))
+    value = (
+        1,
+        1.5,
+        True,
+        None,
+        "é\0",
+        float("inf"),
+        [1, (2,)],
+        {"~class": 1, 2: ()},
+        np.float64(0.1),
+        Moment(2.5),
+        curve,
+    )
+    writer = Writer(NOBODY)
+    text = json.dumps(writer.write(value), allow_nan=False)
+    found = Reader(NOBODY, dict(enumerate(writer.arrays))).read(json.loads(text))
+    assert repr(found) == repr(value)
+    assert [type(v) for v in found] == [type(v) for v in value]
+    with pytest.raises(Unkept):
+        writer.write(lambda: None)
+    with pytest.raises(Unkept):
+        writer.write(np.array([object()]))
+
+
+def test_no_file_has_anything_run(tmp_path: Path) -> None:
+    """With a right checksum, too: objects are not read, and classes that are not of results are not made."""
+    body = io.BytesIO()
+    np.savez(body, json=np.array([Path("made")], dtype=object))
+    store.write(tmp_path, "key", 0, [])
+    path = store._path(tmp_path, "key")
+    path.write_bytes(store._head(body.getvalue()) + b"\n" + body.getvalue())
+    with pytest.raises(store.Damaged):
+        store.read(tmp_path, "key")
+    with pytest.raises(LookupError):
+        Reader(NOBODY, {}).read({"~class": "Popen", "fields": {}})
 
 
 def test_a_folder_of_results_stays_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

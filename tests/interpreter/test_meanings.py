@@ -128,7 +128,8 @@ def test_what_means_something_else_is_called_no_synonym(word: str) -> None:
 
 @pytest.mark.parametrize(("word", "answer"), [
     ("radians", "`rad`"), ("metres", "`m`"), ("percent", "`%`"), ("possion", "`poisson`"), ("densty", "`density`"),
-    ("hz", "Hz"), ("tri", "`dsl list`"), ("elphant", "`dsl list`"), ("sqr", "`dsl list`"), ("G", "young = 2 * G"),
+    ("hz", "Hz"), ("tri", "`dsl list`"), ("elphant", "`dsl list`"), ("sqr", "`dsl list`"),
+    ("C", "`dsl list`"), ("forceps", "rigid("), ("G", "young = 2 * G"),
 ])  # fmt: skip
 def test_units_fields_and_what_nobody_knows(word: str, answer: str) -> None:
     assert answer in (page(word) or hint(word))

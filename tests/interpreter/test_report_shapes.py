@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import csv
+import html
 import json
 import re
 from dataclasses import replace
@@ -22,6 +23,7 @@ from tubes import tube
 
 from softmark.interpreter.report.charts.colours import VIRIDIS, viridis
 from softmark.interpreter.report.files import files as disk
+from softmark.interpreter.report.inline.run import SHAPES, inline
 from softmark.interpreter.report.page.document import part
 from softmark.interpreter.report.run.findings import Findings
 from softmark.interpreter.report.run.html import render
@@ -102,6 +104,16 @@ RICH = report(model("good", 0.0205), model("near", 0.0207), model("poor", 0.03),
 @pytest.fixture(scope="module")
 def page() -> str:
     return render(RICH)
+
+
+def test_a_notebook_draws_the_first_of_many_shapes_and_coarser() -> None:
+    found = inline(report(*(model(f"m{i}", 0.02 + 1e-4 * i, along=60) for i in range(26))))
+    frame = html.unescape(found.split('srcdoc="')[1].split('" title=')[0])
+    shapes = drawn(frame)["shapes"]
+    assert len(shapes) == SHAPES
+    assert "3 more shapes are in the page" in found
+    assert max(s["points"] for s in shapes) < len(tube(0.02, 60)[0])
+    assert len(found) < 600_000
 
 
 def drawn(page: str) -> dict[str, Any]:

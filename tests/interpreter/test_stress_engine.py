@@ -302,6 +302,8 @@ def test_from_python(tmp_path: Path, made_up: None) -> None:
     file = tmp_path / "beam.scene"
     file.write_text(BEAM + "study s = stability(over = [soft], maps = none)\n", encoding="utf-8")
     found = softmark.stress(file, models=["rod"])
+    assert repr(found).startswith(f"<Stress of 'Two rods': {found.summary.points} points: ")
+    assert [p.name for p in found.write(file.parent / "written")] == ["stress.json", "stress.html"]
     assert isinstance(found, softmark.Stress)
     assert [p.found.word for p in found.points] == ["right"] * 4
     assert found.silent == []

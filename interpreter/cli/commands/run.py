@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
     from softmark.interpreter.cli.commands.report_folder import Shelf
     from softmark.interpreter.results.report import Report
-    from softmark.interpreter.run.options import Text
+    from softmark.interpreter.run.options import Options, Text
     from softmark.interpreter.run.taken import Keeper
 
 
@@ -81,7 +81,8 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
                       free=True, beside=True)  # fmt: skip
     try:
         text = reading() if reading else Text(*read_scene(parsed.file), tuple(parsed.overrides), tuple(parsed.plugins))
-        report = report_of(text, options, None if reading else _keeper(parsed, shelf, progress))
+        keeper = None if reading else _keeper(parsed, shelf, progress)
+        report = report_of(text, options) if keeper is None else _kept(text, options, keeper)
     except Unread as unread:
         warn([unread.diagnostic])
         return 2
@@ -103,6 +104,17 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
         raise
     progress.clear()
     return _shown(report, parsed, shelf)
+
+
+def _kept(text: Text, options: Options, keeper: Keeper) -> Report:
+    """The report, with what the keeper knows where that goes with the rest."""
+    from softmark.interpreter.run.pipeline import report_of
+    from softmark.interpreter.run.taken import Outdated
+
+    try:
+        return report_of(text, options, keeper)
+    except Outdated:
+        return report_of(text, options, keeper.anew())
 
 
 def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Keeper:

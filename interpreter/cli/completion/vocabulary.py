@@ -38,3 +38,17 @@ def systems() -> dict[str, str]:
     from softmark.interpreter.exchange.units import SYSTEMS
 
     return dict.fromkeys(SYSTEMS, "")
+
+
+def decks() -> list[str]:
+    """Endings of what `dsl import` reads."""
+    from softmark.interpreter.exchange.formats import READERS
+
+    return list(READERS)
+
+
+def results() -> list[str]:
+    """Endings of what `dsl judge` reads."""
+    from softmark.interpreter.models.results.readers import READERS
+
+    return list(READERS)

@@ -2,9 +2,13 @@
 // input and output, without dependencies. To add a request: a line in PROVIDERS, if the server says that it can.
 "use strict";
 const { spawn } = require("child_process");
+const path = require("path");
 const vscode = require("vscode");
 
 const LANGUAGE = "softmark-scene";
+const COMMANDS = ["run", "compare", "stress"]; // of dsl, which the server offers over the lines of a scene
+const dsl = () => vscode.workspace.getConfiguration("softmark").get("command") || "dsl";
+let again; // tells the editor to ask once more for hints and lenses
 
 /** One conversation with a server: numbered requests, their answers, and what it says of its own accord. */
 class Connection {
@@ -27,7 +31,8 @@ class Connection {
 
   send(message) {
     const body = JSON.stringify({ jsonrpc: "2.0", ...message });
-    if (this.process.stdin.writable) this.process.stdin.write(`Content-Length: ${Buffer.byteLength(body)}\r\n\r\n${body}`);
+    if (this.process.stdin.writable)
+      this.process.stdin.write(`Content-Length: ${Buffer.byteLength(body)}\r\n\r\n${body}`);
   }
 
   notify(method, params) {
@@ -74,12 +79,16 @@ class Connection {
 
 const place = (p) => new vscode.Position(p.line, p.character);
 const range = (r) => new vscode.Range(place(r.start), place(r.end));
-const location = (l) => new vscode.Location(vscode.Uri.parse(l.targetUri ?? l.uri), range(l.targetSelectionRange ?? l.range));
+const location = (l) =>
+  new vscode.Location(vscode.Uri.parse(l.targetUri ?? l.uri), range(l.targetSelectionRange ?? l.range));
 const locations = (found) => (found == null ? [] : [].concat(found).map(location));
 const edit = (e) => new vscode.TextEdit(range(e.range), e.newText);
 const command = (c) => c && { title: c.title, command: c.command, arguments: c.arguments };
 const markdown = (c) => {
-  const text = [].concat(c).map((one) => (typeof one === "string" ? one : one.value)).join("\n\n");
+  const text = []
+    .concat(c)
+    .map((one) => (typeof one === "string" ? one : one.value))
+    .join("\n\n");
   return new vscode.MarkdownString(text);
 };
 
@@ -130,7 +139,13 @@ function signatures(found) {
 }
 
 function symbol(s) {
-  const found = new vscode.DocumentSymbol(s.name, s.detail ?? "", s.kind - 1, range(s.range), range(s.selectionRange));
+  const found = new vscode.DocumentSymbol(
+    s.name,
+    s.detail ?? "",
+    s.kind - 1,
+    range(s.range),
+    range(s.selectionRange),
+  );
   found.children = (s.children ?? []).map(symbol);
   return found;
 }
@@ -155,17 +170,25 @@ function action(a) {
 // ---------------------------------------------------------------- what the server is asked
 
 const file = (document) => ({ textDocument: { uri: document.uri.toString() } });
+const sent = (r) => ({ start: r.start, end: r.end }); // VS Code writes a range in another way
 const at = (document, position) => ({ ...file(document), position });
 
 /** What is registered where the server has the capability: its name, and a function that makes the provider. */
 const PROVIDERS = {
   completionProvider: (server, can) =>
-    vscode.languages.registerCompletionItemProvider(LANGUAGE, {
-      provideCompletionItems: async (d, p, token) => {
-        const found = await server.ask("textDocument/completion", at(d, p), token);
-        return new vscode.CompletionList((found?.items ?? found ?? []).map(completion), found?.isIncomplete ?? false);
+    vscode.languages.registerCompletionItemProvider(
+      LANGUAGE,
+      {
+        provideCompletionItems: async (d, p, token) => {
+          const found = await server.ask("textDocument/completion", at(d, p), token);
+          return new vscode.CompletionList(
+            (found?.items ?? found ?? []).map(completion),
+            found?.isIncomplete ?? false,
+          );
+        },
       },
-    }, ...(can.triggerCharacters ?? [])),
+      ...(can.triggerCharacters ?? []),
+    ),
   hoverProvider: (server) =>
     vscode.languages.registerHoverProvider(LANGUAGE, {
       provideHover: async (d, p, token) => {
@@ -174,12 +197,18 @@ const PROVIDERS = {
       },
     }),
   signatureHelpProvider: (server, can) =>
-    vscode.languages.registerSignatureHelpProvider(LANGUAGE, {
-      provideSignatureHelp: async (d, p, token) => signatures(await server.ask("textDocument/signatureHelp", at(d, p), token)),
-    }, ...(can.triggerCharacters ?? [])),
+    vscode.languages.registerSignatureHelpProvider(
+      LANGUAGE,
+      {
+        provideSignatureHelp: async (d, p, token) =>
+          signatures(await server.ask("textDocument/signatureHelp", at(d, p), token)),
+      },
+      ...(can.triggerCharacters ?? []),
+    ),
   definitionProvider: (server) =>
     vscode.languages.registerDefinitionProvider(LANGUAGE, {
-      provideDefinition: async (d, p, token) => locations(await server.ask("textDocument/definition", at(d, p), token)),
+      provideDefinition: async (d, p, token) =>
+        locations(await server.ask("textDocument/definition", at(d, p), token)),
     }),
   referencesProvider: (server) =>
     vscode.languages.registerReferenceProvider(LANGUAGE, {
@@ -193,94 +222,179 @@ const PROVIDERS = {
     }),
   documentSymbolProvider: (server) =>
     vscode.languages.registerDocumentSymbolProvider(LANGUAGE, {
-      provideDocumentSymbols: async (d, token) => (await server.ask("textDocument/documentSymbol", file(d), token) ?? []).map(symbol),
+      provideDocumentSymbols: async (d, token) =>
+        ((await server.ask("textDocument/documentSymbol", file(d), token)) ?? []).map(symbol),
     }),
   foldingRangeProvider: (server) =>
     vscode.languages.registerFoldingRangeProvider(LANGUAGE, {
       provideFoldingRanges: async (d, context, token) =>
-        (await server.ask("textDocument/foldingRange", file(d), token) ?? []).map((f) => new vscode.FoldingRange(f.startLine, f.endLine)),
+        ((await server.ask("textDocument/foldingRange", file(d), token)) ?? []).map(
+          (f) => new vscode.FoldingRange(f.startLine, f.endLine),
+        ),
     }),
   documentFormattingProvider: (server) =>
     vscode.languages.registerDocumentFormattingEditProvider(LANGUAGE, {
       provideDocumentFormattingEdits: async (d, options, token) =>
-        (await server.ask("textDocument/formatting", { ...file(d), options }, token) ?? []).map(edit),
+        ((await server.ask("textDocument/formatting", { ...file(d), options }, token)) ?? []).map(edit),
     }),
   inlayHintProvider: (server) =>
     vscode.languages.registerInlayHintsProvider(LANGUAGE, {
-      provideInlayHints: async (d, r, token) => (await server.ask("textDocument/inlayHint", { ...file(d), range: r }, token) ?? []).map(hint),
+      onDidChangeInlayHints: again.event,
+      provideInlayHints: async (d, r, token) =>
+        ((await server.ask("textDocument/inlayHint", { ...file(d), range: sent(r) }, token)) ?? []).map(hint),
     }),
   codeLensProvider: (server) =>
     vscode.languages.registerCodeLensProvider(LANGUAGE, {
+      onDidChangeCodeLenses: again.event,
       provideCodeLenses: async (d, token) =>
-        (await server.ask("textDocument/codeLens", file(d), token) ?? []).map((l) => new vscode.CodeLens(range(l.range), command(l.command))),
+        ((await server.ask("textDocument/codeLens", file(d), token)) ?? []).map(
+          (l) => new vscode.CodeLens(range(l.range), command(l.command)),
+        ),
     }),
   codeActionProvider: (server) =>
     vscode.languages.registerCodeActionsProvider(LANGUAGE, {
       provideCodeActions: async (d, r, context, token) => {
-        const diagnostics = context.diagnostics.map((one) => one.asSent ?? { range: one.range, message: one.message });
-        return (await server.ask("textDocument/codeAction", { ...file(d), range: r, context: { diagnostics } }, token) ?? []).map(action);
+        const diagnostics = context.diagnostics.map(
+          (one) => one.asSent ?? { range: sent(one.range), message: one.message },
+        );
+        return (
+          (await server.ask(
+            "textDocument/codeAction",
+            { ...file(d), range: sent(r), context: { diagnostics } },
+            token,
+          )) ?? []
+        ).map(action);
       },
     }),
   semanticTokensProvider: (server, can) =>
-    vscode.languages.registerDocumentSemanticTokensProvider(LANGUAGE, {
-      provideDocumentSemanticTokens: async (d, token) => {
-        const found = await server.ask("textDocument/semanticTokens/full", file(d), token);
-        return found && new vscode.SemanticTokens(new Uint32Array(found.data));
+    vscode.languages.registerDocumentSemanticTokensProvider(
+      LANGUAGE,
+      {
+        provideDocumentSemanticTokens: async (d, token) => {
+          const found = await server.ask("textDocument/semanticTokens/full", file(d), token);
+          return found && new vscode.SemanticTokens(new Uint32Array(found.data));
+        },
       },
-    }, new vscode.SemanticTokensLegend(can.legend.tokenTypes, can.legend.tokenModifiers)),
-  executeCommandProvider: (server, can) =>
-    vscode.Disposable.from(...can.commands.map((name) =>
-      vscode.commands.registerCommand(name, (...given) => server.ask("workspace/executeCommand", { command: name, arguments: given })))),
+      new vscode.SemanticTokensLegend(can.legend.tokenTypes, can.legend.tokenModifiers),
+    ),
 };
 
 /** Texts as they are opened, changed and closed; always whole, which every server takes. */
 function follow(server) {
   const ours = (d) => d.languageId === LANGUAGE;
   const opened = (d) =>
-    ours(d) && server.notify("textDocument/didOpen", {
+    ours(d) &&
+    server.notify("textDocument/didOpen", {
       textDocument: { uri: d.uri.toString(), languageId: LANGUAGE, version: d.version, text: d.getText() },
     });
   vscode.workspace.textDocuments.forEach(opened);
   return vscode.Disposable.from(
     vscode.workspace.onDidOpenTextDocument(opened),
-    vscode.workspace.onDidChangeTextDocument(({ document: d }) => ours(d) && server.notify("textDocument/didChange", {
-      textDocument: { uri: d.uri.toString(), version: d.version }, contentChanges: [{ text: d.getText() }],
-    })),
+    vscode.workspace.onDidChangeTextDocument(
+      ({ document: d }) =>
+        ours(d) &&
+        server.notify("textDocument/didChange", {
+          textDocument: { uri: d.uri.toString(), version: d.version },
+          contentChanges: [{ text: d.getText() }],
+        }),
+    ),
     vscode.workspace.onDidSaveTextDocument((d) => ours(d) && server.notify("textDocument/didSave", file(d))),
     vscode.workspace.onDidCloseTextDocument((d) => ours(d) && server.notify("textDocument/didClose", file(d))),
   );
 }
 
+/** Files whose changes the server wants to be told of. */
+function watch(server, context, registrations) {
+  const changed = (type) => (uri) =>
+    server.notify("workspace/didChangeWatchedFiles", { changes: [{ uri: uri.toString(), type }] });
+  const wanted = registrations.filter((r) => r.method === "workspace/didChangeWatchedFiles");
+  for (const { globPattern } of wanted.flatMap((r) => r.registerOptions.watchers)) {
+    const watcher = vscode.workspace.createFileSystemWatcher(globPattern.pattern ?? globPattern);
+    watcher.onDidCreate(changed(1));
+    watcher.onDidChange(changed(2));
+    watcher.onDidDelete(changed(3));
+    context.subscriptions.push(watcher);
+  }
+}
+
+/** `dsl run FILE ...` as a task, in a terminal that stays; of the scene that is open where no file is named. */
+function perform(name, file, ...options) {
+  const scene = file ?? vscode.window.activeTextEditor?.document.uri.fsPath;
+  if (!scene) return undefined;
+  const execution = new vscode.ProcessExecution(dsl(), [name, scene, ...options], { cwd: path.dirname(scene) });
+  const title = [name, path.basename(scene), ...options].join(" ");
+  const task = new vscode.Task({ type: "softmark", title }, vscode.TaskScope.Workspace, title, "dsl", execution);
+  return vscode.tasks.executeTask(task);
+}
+
 let server;
 
 async function activate(context) {
-  const dsl = vscode.workspace.getConfiguration("softmark").get("command") || "dsl";
-  const failed = (error) => vscode.window.showErrorMessage(
-    `softmark: \`${dsl} lsp\` cannot be started (${error.message}). Install it with: pip install "softmark[lsp]", ` +
-    "or say in the setting softmark.command where dsl is.");
-  server = new Connection([dsl, "lsp"], failed);
+  again = new vscode.EventEmitter();
+  for (const name of COMMANDS) {
+    const run = (...given) => perform(name, ...given);
+    context.subscriptions.push(vscode.commands.registerCommand(`softmark.${name}`, run));
+  }
+  context.subscriptions.push(vscode.tasks.onDidEndTask(() => again.fire()));
+  const failed = (error) =>
+    vscode.window.showErrorMessage(
+      `softmark: \`${dsl()} lsp\` cannot be started (${error.message}). Install it with: ` +
+        'pip install "softmark[lsp]", or say in the setting softmark.command where dsl is.',
+    );
+  server = new Connection([dsl(), "lsp"], failed);
   const log = vscode.window.createOutputChannel("softmark");
   let said = "";
-  server.process.stderr.on("data", (data) => { said += data; log.append(String(data)); });
+  server.process.stderr.on("data", (data) => {
+    said += data;
+    log.append(String(data));
+  });
   const found = vscode.languages.createDiagnosticCollection("softmark");
-  server.handlers.set("textDocument/publishDiagnostics", (p) => found.set(vscode.Uri.parse(p.uri), p.diagnostics.map(diagnostic)));
+  server.handlers.set("textDocument/publishDiagnostics", (p) =>
+    found.set(vscode.Uri.parse(p.uri), p.diagnostics.map(diagnostic)),
+  );
   server.handlers.set("window/showMessage", (p) => vscode.window.showInformationMessage(p.message));
   server.handlers.set("window/logMessage", (p) => log.appendLine(p.message));
-  server.handlers.set("workspace/applyEdit", async (p) => ({ applied: await vscode.workspace.applyEdit(changes(p.edit)) }));
+  server.handlers.set("workspace/applyEdit", async (p) => ({
+    applied: await vscode.workspace.applyEdit(changes(p.edit)),
+  }));
+  server.handlers.set("client/registerCapability", (p) => watch(server, context, p.registrations));
+  for (const what of ["inlayHint", "codeLens"]) server.handlers.set(`workspace/${what}/refresh`, () => again.fire());
   server.handlers.set("workspace/configuration", (p) => p.items.map(() => null));
   const folder = vscode.workspace.workspaceFolders?.[0]?.uri.toString() ?? null;
-  const capabilities = { workspace: { applyEdit: true }, textDocument: {
-    completion: { completionItem: { snippetSupport: true, documentationFormat: ["markdown"], labelDetailsSupport: true } },
-    hover: { contentFormat: ["markdown"] }, codeAction: { codeActionLiteralSupport: { codeActionKind: { valueSet: ["quickfix"] } } },
-    documentSymbol: { hierarchicalDocumentSymbolSupport: true }, publishDiagnostics: { relatedInformation: true },
-    signatureHelp: { signatureInformation: { documentationFormat: ["markdown"] } },
-    semanticTokens: { requests: { full: true }, formats: ["relative"], tokenTypes: [], tokenModifiers: [] },
-    inlayHint: {}, codeLens: {}, definition: {}, references: {}, rename: {}, formatting: {}, foldingRange: {},
-  } };
+  const capabilities = {
+    workspace: {
+      applyEdit: true,
+      didChangeWatchedFiles: { dynamicRegistration: true },
+      inlayHint: { refreshSupport: true },
+      codeLens: { refreshSupport: true },
+    },
+    textDocument: {
+      completion: {
+        completionItem: { snippetSupport: true, documentationFormat: ["markdown"], labelDetailsSupport: true },
+      },
+      hover: { contentFormat: ["markdown"] },
+      codeAction: { codeActionLiteralSupport: { codeActionKind: { valueSet: ["quickfix"] } } },
+      documentSymbol: { hierarchicalDocumentSymbolSupport: true },
+      publishDiagnostics: { relatedInformation: true },
+      signatureHelp: { signatureInformation: { documentationFormat: ["markdown"] } },
+      semanticTokens: { requests: { full: true }, formats: ["relative"], tokenTypes: [], tokenModifiers: [] },
+      inlayHint: {},
+      codeLens: {},
+      definition: {},
+      references: {},
+      rename: {},
+      formatting: {},
+      foldingRange: {},
+    },
+  };
   let answer;
   try {
-    answer = await server.ask("initialize", { processId: process.pid, rootUri: folder, capabilities,
-      workspaceFolders: folder ? [{ uri: folder, name: "workspace" }] : null });
+    answer = await server.ask("initialize", {
+      processId: process.pid,
+      rootUri: folder,
+      capabilities,
+      workspaceFolders: folder ? [{ uri: folder, name: "workspace" }] : null,
+    });
   } catch (error) {
     failed(new Error(said.trim() || error.message));
     return;

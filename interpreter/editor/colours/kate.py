@@ -75,6 +75,7 @@ def _contexts(contexts: Xml.Element) -> None:
     rule(main, "keyword", "Reserved", String="reserved")
     rule(main, "RegExpr", "Field", String=rf"\b{NAME}(?=\s*=(?!=))")
     rule(main, "RegExpr", "Number", String=rf"(?<![\w.]){NUMBER}", context="Number")
+    rule(main, "AnyChar", "Normal", String=")]", context="Number")
     rule(main, "RegExpr", "Normal", String=rf"\b{NAME}(?=\()", context="Called", lookAhead="true")
     rule(main, "RegExpr", "Normal", String=rf"\b{NAME}(\.{NAME})+")
     rule(main, "keyword", "Constant", String="constants")

@@ -8,7 +8,6 @@ from typing import Any
 from pygments.lexer import Lexer, RegexLexer, bygroups
 from pygments.token import (
     Comment,
-    Error,
     Generic,
     Keyword,
     Name,
@@ -25,7 +24,7 @@ TOKENS = {
     "comment": Comment.Single, "reserved": Keyword, "kind": Keyword.Declaration, "declared": Name.Variable,
     "constructor": Name.Class, "function": Name.Function, "field": Name.Attribute, "constant": Name.Constant,
     "name": Name, "number": Number, "unit": Keyword.Type, "string": String, "operator": Operator,
-    "bracket": Punctuation, "error": Error,
+    "bracket": Punctuation, "error": Generic.Error,  # not Error, at which Sphinx gives up: pages show wrong scenes too
 }  # fmt: skip
 
 

@@ -24,6 +24,7 @@
     (,(concat softmark-number "\\(?:[ \t]*\\(" softmark-unit
               "\\(?:[*/·]\\(?:([^)\n]*)\\|" softmark-unit "\\)\\)*\\)\\)?")
      (1 font-lock-constant-face) (2 font-lock-type-face nil t))
+    (,(concat "[])][ \t]*\\(" softmark-unit "\\)") (1 font-lock-type-face))
     (,(regexp-opt softmark-constants 'symbols) . font-lock-constant-face))
   "What has which colour.")
 

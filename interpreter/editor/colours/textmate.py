@@ -30,12 +30,16 @@ def grammar() -> dict[str, Any]:
     own = words()
     factor = r"(?:%|°?[[:alpha:]µμ]\w*)(?:\^[+-]?\d+(?:\.\d+)?)?"
     more = r"[*/·](?:\([\w*/^·-]+\)|[[:alpha:]µμ]\w*(?:\^[+-]?\d+(?:\.\d+)?)?)(?![\w(])"
-    unit = rf"(?:[ \t]*(?!(?:{either(own.reserved)})\b)({factor}(?:{more})*))?"
+    unit = rf"[ \t]*(?!(?:{either(own.reserved)})\b)({factor}(?:{more})*)"
     repository: dict[str, dict[str, Any]] = {
         "comment": {"name": "comment.line.number-sign.softmark", "match": "#.*$"},
         "declaration": {
             "match": rf"^\s*({either(own.kinds)})\s+({NAME})\s*(?==)",
             "captures": {"1": {"name": "storage.type.softmark"}, "2": {"name": "entity.name.type.softmark"}},
+        },
+        "named": {
+            "match": rf"\b(param|as)\s+({NAME})",
+            "captures": {"1": {"name": "keyword.control.softmark"}, "2": {"name": "entity.name.type.softmark"}},
         },
         "string": {
             "name": "string.quoted.double.softmark",
@@ -44,9 +48,10 @@ def grammar() -> dict[str, Any]:
             "patterns": [{"name": "constant.character.escape.softmark", "match": r'\\["\\]'}],
         },
         "quantity": {
-            "match": rf"(?<![\w.])({NUMBER}){unit}",
+            "match": rf"(?<![\w.])({NUMBER})(?:{unit})?",
             "captures": {"1": {"name": "constant.numeric.softmark"}, "2": {"name": "keyword.other.unit.softmark"}},
         },
+        "vector": {"match": rf"(?<=[)\]]){unit}", "captures": {"1": {"name": "keyword.other.unit.softmark"}}},
         "reserved": {"name": "keyword.control.softmark", "match": rf"\b(?:{either(own.reserved)})\b"},
         "constructor": {"name": "support.class.softmark", "match": rf"\b(?:{either(own.constructors)})(?=\()"},
         "function": {"name": "support.function.softmark", "match": rf"\b(?:{either(own.functions)})(?=\()"},

@@ -53,6 +53,7 @@ def syntax() -> str:
         "nextgroup=sceneName skipwhite",
         f"syn match sceneName '\\v<{_NAME}' contained",
         f"syn match sceneNumber '\\v{quantity}' nextgroup=sceneUnit skipwhite",
+        "syn match sceneBracket '[])]' nextgroup=sceneUnit skipwhite",
         f"syn match sceneUnit '\\v{unit}' contained",
         "syn region sceneText start='\"' skip='\\\\\"' end='\"' oneline",
         "syn match sceneComment '#.*$' contains=@Spell",

@@ -15,6 +15,7 @@ from softmark.interpreter.editor.colours import textmate
 TITLE = "an extension for VS Code and its like: colours and the language server"
 FILE = f"softmark-{__version__}.vsix"
 LANGUAGE = "softmark-scene"  # as in client.js
+COMMANDS = ("run", "compare", "stress")  # as in client.js
 CLIENT = Path(__file__).with_name("client.js")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # so that the same sources give the same file
 
@@ -78,6 +79,7 @@ def package() -> dict[str, Any]:
         "contributes": {
             "languages": [language],
             "grammars": [{"language": LANGUAGE, "scopeName": "source.softmark", "path": f"./{textmate.FILE}"}],
+            "commands": [{"command": f"softmark.{name}", "title": f"softmark: {name} this scene"} for name in COMMANDS],
             "configuration": {"title": "softmark", "properties": {"softmark.command": command}},
         },
     }  # fmt: skip

@@ -90,7 +90,7 @@ def _shapes(findings: Findings) -> str:
     models = {n: r for n, r in report.models.items() if n in few}
     references = {n: r for n, r in report.references.items() if n in few}
     some = Findings(replace(report, models=models, references=references))
-    markup = section.section_of(some, max(300, min(POINTS, ROOM // (EACH * len(few)))), ROOM)
+    markup = section.section_of(some, max(300, min(POINTS, ROOM // (EACH * len(few)))), ROOM, stills=False)
     left = f"{len(shaped) - len(few)} more shapes are in the page that {WHERE} makes."
     more = tag("p", prose(left), class_="quiet") if len(shaped) > len(few) else ""
     return (framed("Shapes after deformation", markup, *files_of(markup)) if markup else "") + more

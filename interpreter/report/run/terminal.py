@@ -56,7 +56,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts += ["", *told]
     notes = [*_uncertain(report), *_doubted(report), *_reasons(report), *_said(report), *_read(report)]
     notes += [*agreement.lines(findings), *vouching.lines(report), *reactions.lines(report), *contacts.lines(report)]
-    notes += kept.sentences(report)
+    notes += [said] if (said := kept.sentence(report)) else []
     if notes:
         parts += ["", *notes]
     if report.expectations:

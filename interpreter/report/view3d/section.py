@@ -45,8 +45,11 @@ STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 star
 STATISTICS = ("mean", "median", "95 %", "largest")
 
 
-def section_of(findings: Findings, points: int = POINTS, room: int = ROOM) -> str:
-    """The figure, surfaces of at most so many points, all in about so many bytes; empty where nothing has a shape."""
+def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, stills: bool = True) -> str:
+    """The figure, surfaces of at most so many points, all in about so many bytes; empty where nothing has a shape.
+
+    With `stills` there are pictures for readers without scripts.
+    """
     given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
     if not given:
         return ""
@@ -55,7 +58,7 @@ def section_of(findings: Findings, points: int = POINTS, room: int = ROOM) -> st
         own = {n: shape for n, shape in kept.items() if n in body.results}
         if own:
             small = Small(own, tuple(notes_of({n: given[n] for n in own}, own)))
-            figures.append(_Shapes(findings, small, f"-{number}" if number else "", body.name).figure())
+            figures.append(_Shapes(findings, small, f"-{number}" if number else "", body.name, stills).figure())
     return section("shapes", "Shapes", *figures)
 
 
@@ -79,6 +82,7 @@ class _Shapes:
     small: Small
     key: str = ""  # the end of its ids
     body: str = ""
+    stills: bool = True  # pictures for readers without scripts
 
     @property
     def shapes(self) -> Mapping[str, SeenSurface]:
@@ -172,7 +176,8 @@ class _Shapes:
         controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind, words)
         time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
-        bar += carried.bars() + carried.still(self.first, self.view, self.key) if carried else ""
+        bar += carried.bars() if carried else ""
+        bar += carried.still(self.first, self.view, self.key) if carried and self.stills else ""
         heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
         return heading + tag(
             "figure", controls, self._stage(), self._still(), time, bar, unknown, spoken, caption, self._data(),
@@ -227,7 +232,7 @@ class _Shapes:
     def _still(self) -> str:
         words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
         top = self.clipped if self.beyond else self.most
-        if self.carried and not self.errors:
+        if not self.stills or (self.carried and not self.errors):
             return ""
         return tag("noscript", still(self.first, self.view, top, words, f"shapes{self.key}"))
 

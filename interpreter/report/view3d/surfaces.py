@@ -97,12 +97,14 @@ def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurf
         return shape
     extent = np.ptp(shape.position, axis=0)
     cell = float(np.linalg.norm(extent)) / (limit**0.5 * 2.0) or 1.0
+    rest = shape.position if shape.frames is None else shape.frames[0]
+    bare = SeenSurface(rest, shape.triangles)  # cells are chosen by where points are at first: the rest comes once
     for _ in range(60):
-        small = _clustered(shape, cell)
+        small = _clustered(bare, cell)
         if (len(small.triangles) if triangles else len(small.position)) <= limit:
-            return small
+            break
         cell *= 1.12
-    return small
+    return _clustered(shape, cell)
 
 
 def _clustered(shape: SeenSurface, cell: float) -> SeenSurface:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,10 @@ class Keeper:
     remark: Callable[[str], None] = lambda text: None
     scene: Scene | None = None
     keys: dict[str, str] = field(default_factory=dict)
+
+    def anew(self) -> Keeper:
+        """The same that takes nothing over."""
+        return replace(self, fresh=True)
 
     def known(self, scene: Scene, plan: Plan, options: Options) -> Known:
         """What of a plan is known: all of it, or the models that need not be computed for others."""
