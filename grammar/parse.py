@@ -43,6 +43,9 @@ from softmark.grammar.tree import (
 )
 
 MAX_DIAGNOSTICS = 20
+# trees of declarations: an editor has a text parsed after each letter, and most of it stands where it stood
+KEPT = 1500
+_parsed: dict[tuple[Token, ...], Any] = {}
 
 
 def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
@@ -96,6 +99,9 @@ class _Parser:
         if problem := limits.oversized(self.source, chunk):
             self._fail(chunk, lambda: problem)
             return None, None
+        key = tuple(chunk.tokens) if self.start == "declaration" else ()
+        if key in _parsed:
+            return _parsed[key], None
         tokens = [*chunk.tokens, _end(chunk)]
         self._build.problems.clear()
         tree = run(load(), self._build.methods, tokens, self.start)
@@ -106,6 +112,10 @@ class _Parser:
         if self._build.problems:
             self._fail(chunk, lambda: self._build.problems[0])
             return None, None
+        if key and not isinstance(tree, Version):  # which must be the first of all
+            if len(_parsed) >= KEPT:
+                _parsed.clear()
+            _parsed[key] = tree
         return tree, None
 
     def _unexpected(self, chunk: Chunk, tokens: list[Token], index: int) -> Chunk | None:

@@ -14,7 +14,7 @@ study       many runs: comparisons, and walks to the edges of models
 report      pages, tables, figures, files
 exchange    scenes of other programs' meshes and decks
 dictionary  what is said of every word and message
-editor      the language server, and what colours a scene
+editor      the language server, a request a file, and what colours a scene
 pages       the documentation: its pages, and how they are built
 face        softmark from Python
 cli         `dsl`

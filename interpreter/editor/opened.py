@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,10 @@ class Opened:
         for change in changes:
             now = document(which.uri, changed(now, change), which.version, self._snippets, before.read)
         self._have(which.uri, now)
+
+    def again(self, uri: str) -> None:
+        """The same text as if nothing were known of it: what it names may have changed."""
+        self._have(uri, replace(self.documents[uri]))
 
     def close(self, uri: str) -> None:
         """A text that is no longer open."""

@@ -8,6 +8,7 @@ the answer is None; but for a reason why something is not done (`refused.py`), w
 
 from __future__ import annotations
 
+import gc
 import sys
 import traceback
 from collections.abc import Callable, Generator
@@ -25,6 +26,7 @@ from softmark.interpreter.editor.opened import Opened
 from softmark.interpreter.editor.refused import Refused
 from softmark.scenes import ROOT
 
+LATER = (50_000, 20, 20)  # when Python looks for unused cycles: a state of a text is some ten thousand objects
 TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
 
 
@@ -42,6 +44,7 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_CODE_LENS: Feature("lenses:lenses"),
     types.TEXT_DOCUMENT_COMPLETION: Feature("completion:complete", types.CompletionOptions(TRIGGERS)),
     types.TEXT_DOCUMENT_DEFINITION: Feature("navigation:definition"),
+    types.TEXT_DOCUMENT_DID_SAVE: Feature("watching:saved", wide=True),
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: Feature("navigation:highlights"),
     types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: Feature("outline:symbols"),
     types.TEXT_DOCUMENT_FOLDING_RANGE: Feature("outline:folds"),
@@ -117,6 +120,7 @@ class Server(LanguageServer):
 
 def serve(incoming: BinaryIO, outgoing: BinaryIO) -> None:
     """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do."""
+    gc.set_threshold(*LATER)
     server = Server()
     server.opened.checks.warm(_first)
     server.start_io(incoming, outgoing)

@@ -6,8 +6,6 @@ next change of the text.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from lsprotocol import types
 
 from softmark.interpreter.editor.opened import Opened
@@ -27,12 +25,16 @@ def watch(opened: Opened, params: types.InitializedParams) -> None:
     opened.server.client_register_capability(types.RegistrationParams([asked]))
 
 
+def saved(opened: Opened, params: types.DidSaveTextDocumentParams) -> None:
+    """Look again at a scene that is written to its file: at meshes and tables, too, of which no editor tells."""
+    opened.again(params.text_document.uri)
+
+
 def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
     """Look again at what lies in files: of scenes that are open anew, and at the numbers beside their lines."""
     if any(change.uri.endswith(SUFFIX) for change in params.changes):
-        for uri, document in list(opened.documents.items()):
-            opened.documents[uri] = replace(document)  # which knows nothing yet
-            opened.checks.due(uri)
+        for uri in list(opened.documents):
+            opened.again(uri)
     can = opened.server.client_capabilities.workspace
     if can is not None and can.inlay_hint is not None and can.inlay_hint.refresh_support:
         opened.server.workspace_inlay_hint_refresh(None)

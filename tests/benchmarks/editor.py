@@ -9,7 +9,8 @@ server's CPU, which others on the machine change less; and its memory. The scene
 letter by letter in the middle and taken away again.
 
 `prefixes`: every scene that comes with softmark, cut off after each character (or word), in this process: CPU time of
-completion, hover, signature help and diagnostics at its end; what is over 200 ms or raises is printed.
+the diagnostics and of every request at its end; what is over 200 ms or raises is printed. The first text of a mesh or a
+surface in a file loads what reads it, which is said of its diagnostics.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import time
 import traceback
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Thread
@@ -174,8 +176,8 @@ def dialogue(scene: str, edits: int) -> None:
     print(f"exit status {client.process.wait(timeout=10)}")
 
 
-def requests(offered: dict[str, Any], uri: str, line: int, character: int) -> Iterator[tuple[str, Any]]:
-    """Those that a server offers, at a place."""
+def requests(offered: dict[str, Any] | None, uri: str, line: int, character: int) -> Iterator[tuple[str, Any]]:
+    """Those that a server offers, or all, at a place."""
     document, at = {"textDocument": {"uri": uri}}, {"line": line, "character": character}
     here = document | {"position": at}
     whole = {"start": {"line": 0, "character": 0}, "end": {"line": 100_000, "character": 0}}
@@ -195,7 +197,7 @@ def requests(offered: dict[str, Any], uri: str, line: int, character: int) -> It
         "codeActionProvider": ("codeAction", document | {"range": whole, "context": {"diagnostics": []}}),
     }
     for offer, (method, params) in known.items():
-        if offered.get(offer):
+        if offered is None or offered.get(offer):
             yield f"textDocument/{method}", params
 
 
@@ -223,39 +225,57 @@ def prefixes(step: int, tokens: bool, part: str) -> int:
 
 def answered(file: Path, text: str, took: dict[str, list[tuple[float, str]]]) -> int:
     """Ask at the end of a text, and say what is slow or raises; how many that are."""
+    from softmark.interpreter.editor.diagnostics import diagnostics
     from softmark.interpreter.editor.document import Document
+    from softmark.interpreter.editor.refused import Refused
 
     document = Document(text, file.parent, file, snippets=True)
+    asked = {"diagnostics": lambda: diagnostics(document), **questions(document)}
     bad = 0
-    for name, ask in questions(document).items():
+    for name, ask in asked.items():
         where, start = f"{file.stem}:{len(text)}", time.process_time()
         try:
             ask()
+        except Refused:
+            pass
         except Exception:
             bad += 1
-            print(f"{name} at {where}\n{traceback.format_exc()}")
+            print(f"{name} at {where}\n{traceback.format_exc()}", flush=True)
         seconds = time.process_time() - start
         took[name].append((seconds, where))
         if seconds > BAR:
             bad += 1
-            print(f"{name} at {where}: {seconds:.3f} s")
+            print(f"{name} at {where}: {seconds:.3f} s", flush=True)
     return bad
 
 
 def questions(document: Any) -> dict[str, Callable[[], object]]:
-    """What an editor asks at the end of a text."""
+    """What an editor asks at the end of a text, by its method."""
+    from importlib import import_module
+    from types import SimpleNamespace
+
     from lsprotocol import types
 
-    from softmark.interpreter.editor import completion, hover, signature
-    from softmark.interpreter.editor.diagnostics import diagnostics
+    from softmark.interpreter.editor.server import FEATURES
 
-    at, text = document.position(len(document.text)), types.TextDocumentIdentifier(document.uri)
-    return {
-        "completion": lambda: completion.complete(document, types.CompletionParams(text, at)),
-        "hover": lambda: hover.hover(document, types.HoverParams(text, at)),
-        "signature help": lambda: signature.signature(document, types.SignatureHelpParams(text, at)),
-        "diagnostics": lambda: diagnostics(document),
-    }
+    at = document.position(len(document.text))
+    found = {}
+    for method, params in requests(None, document.uri, at.line, at.character):
+        feature = FEATURES[method]
+        module, function = feature.answer.split(":")
+        answer = getattr(import_module(f"softmark.interpreter.editor.{module}"), function)
+        about = SimpleNamespace(documents={document.uri: document}) if feature.wide else document
+        given = converter().structure(params, types.METHOD_TO_TYPES[method][2])
+        found[method] = lambda answer=answer, about=about, given=given: answer(about, given)
+    return found
+
+
+@cache
+def converter() -> Any:
+    """From plain dictionaries to what requests are given."""
+    from lsprotocol.converters import get_converter
+
+    return get_converter()
 
 
 def main() -> None:

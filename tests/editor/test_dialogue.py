@@ -127,4 +127,13 @@ async def test_hostile_texts_leave_the_server_alone(client: LanguageClient, tmp_
         edit(client, text, version, new)
         params = types.CompletionParams(text, types.Position(0, 10_000))
         await client.text_document_completion_async(params)
+    edit(client, text, 20, "")
     await asyncio.wait_for(said(client, text), 20)
+
+
+async def test_what_a_scene_names_is_looked_for_again_when_it_is_saved(client: LanguageClient, tmp_path: Path) -> None:
+    text = opened(client, 'use "later.scene" as later\nparam M = later.L\n', tmp_path, "early.scene")
+    assert {d.code for d in errors(await said(client, text))} == {"E401"}
+    (tmp_path / "later.scene").write_text("param L = 3 mm\n", encoding="utf-8")
+    client.text_document_did_save(types.DidSaveTextDocumentParams(text))
+    assert errors(await said(client, text)) == []
