@@ -226,13 +226,16 @@ def test_shapes_load_nothing_of_plane_files(tmp_path: Path) -> None:
 
 
 def test_a_region_of_a_file_is_apart_from_another(tmp_path: Path) -> None:
-    """It is meshed by its own cells, beside those of a size: a sheet and itself have twice its volume."""
+    """It is meshed by its own cells, beside those of a size: a sheet and its twin above it have twice its volume."""
     region = MeshFile(sheet(tmp_path / "sheet.msh", "quad4"), 1.0)
-    for pair in (Apart(SHEET, region), Apart(region, SHEET)):
+    twin = Quadrilateral(*((x, y + 0.04, z) for x, y, z in (SHEET.first, SHEET.second, SHEET.third, SHEET.fourth)))
+    for pair in (Apart(twin, region), Apart(region, twin)):
         assert not pair.fault
         assert pair.flat
-        np.testing.assert_allclose(pair.ends, SHEET.ends, atol=1e-12)
+        np.testing.assert_allclose(pair.ends, [(0.01, 0.0), (0.05, 0.07)], atol=1e-12)
         made = pair.slice(0.002).mesh("quad4", SIZE)
         one = SHEET.slice(0.002).mesh("quad4", SIZE)
         assert len(made.cells) == 2 * len(one.cells)
         assert made.volumes.sum() == pytest.approx(2.0 * one.volumes.sum(), rel=1e-9)
+    with pytest.raises(UnreadableMesh, match="overlap"):
+        Apart(region, SHEET).slice(0.002).mesh("quad4", SIZE)
