@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 
 import pytest
@@ -62,11 +61,7 @@ async def test_the_latest_state_is_what_counts(client: LanguageClient, tmp_path:
     for version in range(2, 40):
         edit(client, text, version, "x", LINES, version - 2, LINES, version - 2)
     edit(client, text, 40, SCENE)
-    while True:
-        found = await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
-        if found.uri == text.uri and found.version == 40:
-            break
-    assert errors(list(found.diagnostics)) == []
+    assert errors(await said(client, text, 40)) == []
 
 
 async def test_related_places_and_what_nothing_uses(client: LanguageClient, tmp_path: Path) -> None:
@@ -128,7 +123,7 @@ async def test_hostile_texts_leave_the_server_alone(client: LanguageClient, tmp_
         params = types.CompletionParams(text, types.Position(0, 10_000))
         await client.text_document_completion_async(params)
     edit(client, text, 20, "")
-    await asyncio.wait_for(said(client, text), 20)
+    await said(client, text, 20)
 
 
 async def test_what_a_scene_names_is_looked_for_again_when_it_is_saved(client: LanguageClient, tmp_path: Path) -> None:

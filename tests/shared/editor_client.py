@@ -5,6 +5,7 @@ A test file imports `client` after `pytest.importorskip("pytest_lsp")`; its test
 
 from __future__ import annotations
 
+import asyncio
 import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -15,8 +16,13 @@ from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
 
 LOOP = [pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
-DSL = "import sys; from softmark.interpreter.cli.main import main; sys.exit(main())"
+# one message of each state: what is said meanwhile where a check takes long would come before it on a busy machine
+PATIENT = "from softmark.interpreter.editor import checks; checks.PATIENCE = 600.0; "
+DSL = f"{PATIENT}import sys; from softmark.interpreter.cli.main import main; sys.exit(main())"
+LATEST = 60.0  # s that a test waits for a message
 COMMAND = [sys.executable, "-c", DSL, "lsp"]
+
+_arrived: dict[LanguageClient, asyncio.Queue[types.PublishDiagnosticsParams]] = {}
 
 
 @pytest_lsp.fixture(scope="module", config=ClientServerConfig(server_command=COMMAND))
@@ -28,7 +34,15 @@ async def client(lsp_client: LanguageClient) -> AsyncIterator[None]:
 
 
 async def began(client: LanguageClient) -> None:
-    """The session has begun."""
+    """The session has begun, and no message is lost: two may arrive at once, and a test waits for one."""
+    publish = types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS
+    arrived, known = _arrived.setdefault(client, asyncio.Queue()), client.protocol.fm.features[publish]
+
+    def keep(params: types.PublishDiagnosticsParams) -> None:
+        arrived.put_nowait(params)
+        known(params)
+
+    client.protocol.fm.features[publish] = keep
     for request in (types.CLIENT_REGISTER_CAPABILITY, types.WORKSPACE_INLAY_HINT_REFRESH):
         client.feature(request)(lambda params: None)  # which the server asks of it, and needs no answer to
     capabilities = client_capabilities("visual-studio-code")
@@ -43,9 +57,11 @@ def opened(client: LanguageClient, text: str, folder: Path, name: str = "some.sc
     return types.TextDocumentIdentifier(uri)
 
 
-async def said(client: LanguageClient, of: types.TextDocumentIdentifier) -> list[types.Diagnostic]:
-    """What the server publishes next of a text."""
+async def said(
+    client: LanguageClient, of: types.TextDocumentIdentifier, version: int | None = None
+) -> list[types.Diagnostic]:
+    """What the server has published of a text and no test has looked at yet, of any state or of one."""
     while True:
-        found = await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
-        if found.uri == of.uri:
+        found = await asyncio.wait_for(_arrived[client].get(), LATEST)
+        if found.uri == of.uri and version in (None, found.version):
             return list(found.diagnostics)
