@@ -22,12 +22,14 @@ from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.evidence import doubts
 from softmark.interpreter.front.catalogue import compiled
+from softmark.interpreter.models.outside.adapters import PROGRAMS, RODS, adapter
+from softmark.interpreter.plan.plan import plan_of
 from softmark.interpreter.results.report import SeenCurve
 from softmark.interpreter.results.states import Moment
 from softmark.interpreter.run.options import Options, Text
-from softmark.interpreter.run.pipeline import report_of
+from softmark.interpreter.run.pipeline import report_of, sound_of
 from softmark.interpreter.study.expansion import sources
-from softmark.interpreter.study.kept import keeper, store
+from softmark.interpreter.study.kept import keeper, keys, store
 from softmark.interpreter.study.kept.plain import Reader, Unkept, Writer
 
 SCENE = """scene "Kept"
@@ -212,6 +214,29 @@ def test_what_is_no_text_of_the_scene_counts_as_well(first: Path, monkeypatch: p
     assert found(first, SCENE) == ALL
     (first / "gels.scene").write_text(GELS, encoding="utf-8")
     assert found(first, SCENE) == set()
+
+
+def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = tmp_path / "ccx"
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    text = changed("beam6dof(segments = 10)", "outside(calculix, hex8, strain = small, size = 10 mm)")
+    (tmp_path / "gels.scene").write_text(GELS, encoding="utf-8")
+
+    def keyed() -> dict[str, str]:
+        sources.of_installed.cache_clear()
+        options = Options(free=True)
+        sound = sound_of(Text(Source("my.scene", text), tmp_path, tmp_path / "my.scene", (), ()), options)
+        return keys.keys_of(sound.scene, plan_of(sound.scene, ()), options)
+
+    seen = []
+    for body in ("true", "false"):
+        own.write_text(f"#!/bin/sh\necho This is Version 2.20\n{body}\n", encoding="utf-8")
+        own.chmod(0o755)
+        seen.append(keyed())
+    assert {name for name in seen[0] if seen[0][name] != seen[1][name]} == {"", "rod"}
+    sources.of_installed.cache_clear()
+    known = {name: adapter(name) for name in (*PROGRAMS, *RODS)}
+    assert all(bool(own.places()) == (own.version() is not None) for own in known.values())
 
 
 SEEN = """reference seen = markers("seen.csv", unit = 1 mm, uncertainty = 0.1 mm)

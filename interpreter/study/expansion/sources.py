@@ -79,6 +79,18 @@ def of_program(name: str) -> str:
 
 
 @cache
+def of_installed(name: str) -> str:
+    """One of our programs as it lies on the disk, and all that is installed beside it: a number may stay, of a changed
+    copy."""
+    from softmark.interpreter.models.outside.adapters import adapter
+
+    files = (p for place in adapter(name).places() for p in (place.rglob("*") if place.is_dir() else (place,)))
+    own = sorted(repr(_state(p)) for p in files if p.suffix != ".pyc" and p.is_file())
+    beside = sorted({p.name for folder in sys.path for p in Path(folder).glob("*.dist-info")})
+    return _joined((*own, *beside))
+
+
+@cache
 def _of_version(name: str) -> str | None:
     from softmark.interpreter.models.outside.adapters import adapter
 

@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softmark.interpreter.models.outside.asked import Asked
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.run.environment import environment
 from softmark.interpreter.study.expansion import keys, sources
@@ -56,7 +57,8 @@ def _key(scene: Scene, name: str, base: str) -> str | None:
     whole = [scene.declared[n] for n in reached(scene, keys.needed_models(scene, name))]
     if not all(map(_sure, whole)):
         return None
-    return _digest(base, keys.key_of(scene, name), *map(_told, whole))
+    programs = (d.thing.program for d in whole if isinstance(d.thing, Asked))
+    return _digest(base, keys.key_of(scene, name), *map(_told, whole), *map(sources.of_installed, programs))
 
 
 def _told(declared: Declared) -> str:

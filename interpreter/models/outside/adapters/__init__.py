@@ -3,6 +3,7 @@
 An adapter is a module here, called as its program is, or that of a plugin, with
     install                    in words, how to install what it needs
     version()                  its number, None where it is not installed
+    places()                   of ours: what of it lies on the disk, which may be another of the same number
     refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
     write(problem, folder)     its input
     command(folder)            what is run there, see `running.py`, which leaves what it says in `log.txt`

@@ -65,6 +65,12 @@ def version() -> str | None:
     return said[-1] if said else None
 
 
+def places() -> tuple[Path, ...]:
+    """The file that is run; none where it is not installed."""
+    found = shutil.which(program)
+    return () if found is None else (Path(found).resolve(),)
+
+
 def refuses(problem: Problem) -> list[tuple[str, str]]:
     """What of a problem it cannot take, and why; nothing where it takes all."""
     found = []

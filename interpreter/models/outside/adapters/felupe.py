@@ -21,7 +21,7 @@ from softmark.interpreter.models.outside.adapters import packaged
 from softmark.interpreter.models.outside.problem import Answer, NoAnswer, Problem
 
 PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.felupe", "felupe", "felupe", "felupe")
-install, version, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.refuses
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, PACKAGE.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 # its cells are named as meshio's, and numbered as ours; its quadrature has as many points as we take

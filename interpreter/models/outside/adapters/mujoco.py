@@ -21,7 +21,7 @@ from softmark.interpreter.models.outside.adapters import packaged
 from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 
 PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.mujoco", "mujoco", "mujoco", "mujoco")
-install, version, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.refuses
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, PACKAGE.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 AXES = ("1 0 0", "0 1 0", "0 0 1")

@@ -19,7 +19,7 @@ from softmark.interpreter.models.outside.adapters import packaged
 from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 
 PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.newton_vbd", "newton", "newton", "newton")
-install, version = PACKAGE.install, PACKAGE.version
+install, version, places = PACKAGE.install, PACKAGE.version, PACKAGE.places
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 USUAL = 10  # iterations: its own default

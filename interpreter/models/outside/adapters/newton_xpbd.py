@@ -14,7 +14,7 @@ from softmark.interpreter.models.outside.adapters import newton_vbd, packaged
 from softmark.interpreter.models.outside.problem import Answer, Problem
 
 PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.newton_xpbd", "newton", "newton", "newton")
-install, version, refuses = PACKAGE.install, PACKAGE.version, newton_vbd.refuses
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, newton_vbd.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 USUAL = 2  # iterations: its own default

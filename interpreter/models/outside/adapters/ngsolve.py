@@ -19,7 +19,7 @@ from softmark.interpreter.models.outside.adapters import packaged
 from softmark.interpreter.models.outside.problem import Answer, Problem
 
 PACKAGE = packaged.Package("softmark.interpreter.models.outside.adapters.ngsolve", "ngsolve", "ngsolve", "ngsolve")
-install, version = PACKAGE.install, PACKAGE.version
+install, version, places = PACKAGE.install, PACKAGE.version, PACKAGE.places
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 

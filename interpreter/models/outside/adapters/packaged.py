@@ -51,6 +51,12 @@ class Package:
         except PackageNotFoundError:  # a folder on the path
             return "of a folder"
 
+    def places(self) -> tuple[Path, ...]:
+        """The folders, or the file, that it is imported from; none where it is not installed."""
+        if (spec := find_spec(self.imported)) is None:
+            return ()
+        return tuple(map(Path, spec.submodule_search_locations or [spec.origin or ""]))
+
     def refuses(self, problem: Problem) -> list[tuple[str, str]]:
         """Nothing beyond what the table says."""
         return []

@@ -21,7 +21,7 @@ from softmark.interpreter.models.outside.problem import Answer, Floats, NoAnswer
 PACKAGE = packaged.Package(
     "softmark.interpreter.models.outside.adapters.pyelastica", "elastica", "pyelastica", "pyelastica"
 )
-install, version, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.refuses
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, PACKAGE.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 

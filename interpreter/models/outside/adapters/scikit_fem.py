@@ -19,7 +19,7 @@ from softmark.interpreter.models.outside.problem import Answer, Problem
 PACKAGE = packaged.Package(
     "softmark.interpreter.models.outside.adapters.scikit_fem", "skfem", "scikit-fem", "scikit-fem"
 )
-install, version, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.refuses
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, PACKAGE.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 # mesh, element and the degree up to which its quadrature is exact: as many points as we take
