@@ -1,16 +1,19 @@
 """What was measured last beside each `expect` and each metric, from the reports that runs left in folders around.
 
-A report is of a scene by the name of its file; whether it is of this text its digest says. Reports are read where
-`dsl run` leaves them, in NAME-report/ of the folder of the scene, of one above it, or of the working folder.
+A report is of a scene by the name of its file; whether it is of this text its digest says, and whether the scenes that
+it uses and the files that it names are those of the run, when they were written. Reports are read where `dsl run`
+leaves them, in NAME-report/ of the folder of the scene, of one above it, or of the working folder.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,13 +22,16 @@ from softmark.grammar import tree
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.language.scene import Expectation, Location
+from softmark.interpreter.language.sources import named
 from softmark.interpreter.report.run.tables.vouching import beside
 from softmark.interpreter.results.report import SCHEMA, MetricResult, ModelResult
 from softmark.interpreter.results.stated import StatedError
+from softmark.scenes import ROOT
 
 ABOVE = 6  # folders above that of a scene, up to the one that an editor has open
 LARGEST = 50_000_000  # bytes of a report that is read
 LISTED = 3  # values that stand beside a metric; the others are in what shows up over it
+MOST = 2000  # files of a folder that are looked at
 LONG = 60  # characters of a reason that stands in a line
 DIGITS = 4
 VERDICTS = {"met": "met", "not_met": "NOT MET", "cannot_tell": "not judged"}
@@ -47,7 +53,13 @@ class Evidence:
 
     file: Path
     report: Json
-    current: bool  # of the text as it is now
+    same: bool  # of the text as it is now
+    since: str = ""  # what it reads, which is another one since
+
+    @property
+    def current(self) -> bool:
+        """Whether it is of all that the scene is made of, as that is now."""
+        return self.same and not self.since
 
     def of(self, document: Document, node: tree.Declaration) -> Measured | None:
         """What is known of an expectation or a metric; None of other declarations, and of what was not measured."""
@@ -59,7 +71,9 @@ class Evidence:
         if said is None:
             return None
         text, more = said
-        marks = [*([] if self.current else ["of an earlier text"]), *self._given]
+        marks = [*([] if self.same else ["of an earlier text"]), *self._given]
+        if self.same and self.since:
+            marks.insert(0, f"of an earlier {self.since}")
         return Measured(
             f"{', '.join(marks)}: {text}" if marks else text, "\n\n".join([*more, self._from]), self.current
         )
@@ -74,7 +88,8 @@ class Evidence:
     def _from(self) -> str:
         """Where it comes from."""
         when = str((self.report.get("environment") or {}).get("started") or "").replace("T", " ")
-        changed = "" if self.current else "The scene has changed since: run it again to see what holds of this text. "
+        what = f"What it reads, {self.since}," if self.same else "The scene"
+        changed = "" if self.current else f"{what} has changed since: run it again to see what holds now. "
         return f"{changed}Measured {when[:16] or 'before'}, {self.file.parent.name}/{self.file.name}."
 
     # ------------------------------------------------------------------ expectations
@@ -178,7 +193,37 @@ def evidence(document: Document) -> Evidence | None:
     digests = [hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest() for text in texts]
     same = [(file, report) for file, report in found if report["scene"].get("sha256") in digests]
     file, report = (same or found)[0]
-    return Evidence(file, report, bool(same))
+    return Evidence(file, report, bool(same), _since(document, file, report))
+
+
+def _since(document: Document, file: Path, report: Json) -> str:
+    """What the scene reads that was written, or put in its place, after a run began; empty where nothing was."""
+    plugins = report["scene"].get("plugins") or ()
+    if not plugins and any(d.severity == "error" for d in document.found):
+        return "state of its files"  # the same text was run
+    texts = [m for m in document.table.modules if m.file is None or not m.file.is_relative_to(ROOT)]
+    used = [path for text in texts for path in named(text.source.text, text.folder)]
+    used += [file.parent.parent / str(plugin["file"]) for plugin in plugins]
+    try:
+        begun = datetime.fromisoformat(report["environment"]["started"]).timestamp()
+    except (KeyError, TypeError, ValueError):
+        begun = -1.0  # of a report that does not say it: whatever there is may be later
+    return next((path.name for path in used if _written(path) > begun), "")
+
+
+def _written(path: Path) -> float:
+    """When a file, or anything in a folder, was written or came to its name; 0 of what is not there."""
+    from itertools import islice
+
+    try:
+        own = path.stat()
+        if path.is_dir():
+            with os.scandir(path) as entries:
+                inner = [e.stat() for e in islice(entries, MOST) if not e.is_dir()]
+            return max((max(s.st_mtime, s.st_ctime) for s in inner), default=0.0)
+        return max(own.st_mtime, own.st_ctime)
+    except OSError:
+        return 0.0
 
 
 def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
@@ -193,9 +238,20 @@ def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
         except OSError:
             continue
         report = _read(file, known.st_mtime_ns, known.st_size) if known.st_size <= LARGEST else None
-        if report is not None and Path(str(report["scene"].get("file"))).name == own.name:
+        if report is not None and _is_of(own, folder, str(report["scene"].get("file"))):
             found.append((file, known.st_mtime_ns, report))
     yield from sorted(found, key=lambda one: -one[1])
+
+
+def _is_of(scene: Path, folder: Path, file: str) -> bool:
+    """Whether a report in a folder is of a scene: by the file's name, where that name leads to no other scene."""
+    if Path(file).name != scene.name:
+        return False
+    try:
+        other = (folder / file).resolve()
+        return other == scene or not other.is_file()
+    except (OSError, ValueError):  # no name of a file
+        return False
 
 
 @lru_cache(maxsize=8)

@@ -74,6 +74,11 @@ class Protocol(LanguageServerProtocol):
             params.capabilities.general.position_encodings = None
         return (yield from super().lsp_initialize(params))
 
+    @property
+    def left(self) -> bool:
+        """Whether the editor has taken leave before it went."""
+        return self._shutdown
+
     @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
     def lsp_text_document__did_open(self, params: types.DidOpenTextDocumentParams) -> None:
         """A text is in an editor from now on."""
@@ -95,6 +100,7 @@ class Server(LanguageServer):
 
     def __init__(self) -> None:
         super().__init__("softmark", __version__, protocol_cls=Protocol)
+        self.protocol: Protocol
         self.opened = Opened(self)
         for method, feature in FEATURES.items():
             self.feature(method, feature.options)(self._answering(feature))
@@ -118,12 +124,16 @@ class Server(LanguageServer):
         return answered
 
 
-def serve(incoming: BinaryIO, outgoing: BinaryIO) -> None:
-    """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do."""
+def serve(incoming: BinaryIO, outgoing: BinaryIO) -> int:
+    """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do.
+
+    Returns the exit status of the protocol: 0 if the editor has asked for the end before, else 1.
+    """
     gc.set_threshold(*LATER)
     server = Server()
     server.opened.checks.warm(_first)
-    server.start_io(incoming, outgoing)
+    server.start_io(incoming, outgoing)  # which keeps the status to itself
+    return 0 if server.protocol.left else 1
 
 
 def _first() -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -19,6 +22,7 @@ from softmark.scenes import ROOT
 
 LARGEST = 1_000_000  # bytes of a scene, and of all that it uses: texts that people write
 SUFFIX = ".scene"
+QUOTED = re.compile(r'"([^"\n]+)"')
 DEEPEST, MOST = 50, 500  # scenes that use scenes, and all of them together
 
 
@@ -120,6 +124,15 @@ def read(path: Path, shown: str | None = None) -> Source:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
     return Source(name, _text(data, name))
+
+
+def named(text: str, folder: Path) -> Iterator[Path]:
+    """Files and folders that a text names in quotes, sound or not, where they are or could be."""
+    for name in dict.fromkeys(QUOTED.findall(text)):
+        path = folder / name
+        with suppress(OSError, ValueError):  # what is no name of a file
+            if path.exists() or (path.suffix and path.parent.is_dir()):
+                yield path
 
 
 def _no_file(path: Path, name: str) -> Missing:

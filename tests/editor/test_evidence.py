@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -104,6 +107,42 @@ def test_what_was_measured_of_an_earlier_text_says_so_wherever_its_line_is_now(m
     assert "hangs-report/report.json" in hint[0].tooltip.value
 
 
+def test_what_was_measured_with_other_files_says_so(tmp_path: Path) -> None:
+    file, used, table = (tmp_path / name for name in ("a.scene", "inner.scene", "table.csv"))
+    text = 'use "inner.scene" as inner  # "table.csv"\nmetric gap = g()\n'
+    file.write_text(text, encoding="utf-8")
+    begun = datetime.now(UTC)
+    scene = {"file": "a.scene", "sha256": hashlib.sha256(text.encode()).hexdigest(), "plugins": [{"file": "p.py"}]}
+    report = {
+        "schema": "softmark-report/1", "expectations": [], "references": {}, "scene": scene,
+        "models": {"m": {"metrics": {"gap": {"value": 1.0, "unit": "m"}}}},
+        "environment": {"started": (begun + timedelta(seconds=5)).isoformat(timespec="seconds")},
+    }  # fmt: skip
+
+    def said() -> str:
+        return beside(Document(text, tmp_path, file))["metric gap = g()"]
+
+    (tmp_path / "a-report").mkdir()
+    (tmp_path / "a-report/report.json").write_text(json.dumps(report), encoding="utf-8")
+    for path in (used, table, tmp_path / "p.py"):
+        path.write_text("param E = 3 Pa\n", encoding="utf-8")
+    assert said() == "m 1\u00a0m"
+    for path in (used, table, tmp_path / "p.py"):
+        os.utime(path, (begun.timestamp() + 60,) * 2)
+        assert said() == f"of an earlier {path.name}: m 1\u00a0m"
+        os.utime(path)
+    del scene["plugins"]
+    (tmp_path / "a-report/report.json").write_text(json.dumps(report), encoding="utf-8")
+    used.unlink()
+    assert said() == "of an earlier state of its files: m 1\u00a0m"
+
+
+def test_a_report_that_leads_to_another_scene_of_the_same_name_is_not_of_this_one(measured: Path) -> None:
+    own = measured.parent / "other/hangs.scene"
+    own.parent.mkdir()
+    assert not any(line.startswith("expect") for line in beside(Document(SCENE, own.parent, own)))
+
+
 def test_what_a_metric_says_of_its_own_value_is_there(tmp_path: Path) -> None:
     metrics = {
         "clock": {"value": 1.5, "unit": "1", "verdict": False},
@@ -131,6 +170,7 @@ def test_a_report_above_the_scene_is_found_and_one_of_another_scene_or_in_pieces
 ) -> None:
     own = tmp_path / "scenes/deep/hangs.scene"
     text = (measured.parent / "hangs-report/report.json").read_text(encoding="utf-8")
+    text = text.replace(str(measured), "scenes/deep/hangs.scene")  # as if it had been run there
     other = text.replace("hangs.scene", "b.scene")
     for report, seen in ((text, True), (text[:500], False), ("[]", False), (other, False)):
         folder = tmp_path / "hangs-report"

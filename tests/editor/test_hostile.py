@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -77,3 +80,14 @@ def test_changes_of_parts_come_to_the_same_text(breaks: str) -> None:
         expected = text[:start] + new + text[end:]
         text = changed(document, types.TextDocumentContentChangePartial(range=at, text=new))
         assert text == expected
+
+
+@pytest.mark.parametrize(("asked", "status"), [("shutdown", 0), (None, 1)])
+def test_the_exit_status_is_that_of_the_protocol(asked: str | None, status: int) -> None:
+    pytest.importorskip("pygls")
+    said = [{"id": 1, "method": "initialize", "params": {"processId": None, "rootUri": None, "capabilities": {}}}]
+    said += [{"id": 2, "method": asked}] if asked else []
+    bodies = [json.dumps({"jsonrpc": "2.0", **one}) for one in (*said, {"method": "exit"})]
+    sent = "".join(f"Content-Length: {len(body)}\r\n\r\n{body}" for body in bodies).encode()
+    command = [sys.executable, "-m", "softmark.interpreter", "lsp"]
+    assert subprocess.run(command, input=sent, capture_output=True, timeout=60).returncode == status

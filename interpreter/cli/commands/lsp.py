@@ -14,9 +14,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Serve one editor; the exit status is that of the protocol, 2 if the packages for it are not installed."""
+    """Serve one editor; the exit status is that of the protocol, 2 without its packages or without an editor."""
     if find_spec("pygls") is None or find_spec("lsprotocol") is None:
         print('error: `dsl lsp` needs pygls: pip install "softmark[lsp]"', file=sys.stderr)
+        return 2
+    if sys.stdin is not None and sys.stdin.isatty():
+        print("error: `dsl lsp` is started by editors, which talk with it; `dsl editor` says how", file=sys.stderr)
         return 2
     # standard output is the editor's alone: whatever a library prints, in Python or below it, goes to standard error
     outgoing = os.fdopen(os.dup(1), "wb")
@@ -28,5 +31,4 @@ def run(parsed: argparse.Namespace) -> int:
     from softmark.interpreter.editor.server import serve
 
     pausing.end()
-    serve(incoming, outgoing)
-    return 0
+    return serve(incoming, outgoing)

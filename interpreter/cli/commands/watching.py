@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -30,7 +29,6 @@ GONE = 1.0  # s that a file may be away while an editor puts another in its plac
 ENDING = 5.0  # s that a run has to end when it is told to
 RECENT = 2_000_000_000  # ns: clocks of files are coarse, a file may be saved twice in one tick
 MOST = 2000  # files of a folder that are watched
-QUOTED = re.compile(r'"([^"\n]+)"')
 
 Stamp = tuple[int, int, int]  # when it was changed, ns, its size, and which file it is
 State = Mapping[Path, str]
@@ -159,12 +157,7 @@ def _stamp(path: Path) -> Stamp:
 
 def _named(text: Path) -> Iterator[Path]:
     """Files that a text names in quotes, where they are or could be."""
-    try:
-        found = QUOTED.findall(text.read_text(encoding="utf-8", errors="replace"))
-    except OSError:
-        return
-    for name in dict.fromkeys(found):
-        path = text.parent / name
-        with suppress(OSError, ValueError):  # what is no name of a file
-            if path.exists() or (path.suffix and path.parent.is_dir()):
-                yield path
+    from softmark.interpreter.language.sources import named
+
+    with suppress(OSError):
+        yield from named(text.read_text(encoding="utf-8", errors="replace"), text.parent)
