@@ -58,7 +58,6 @@ REMEMBERING: dict[type[Any], str] = {
 }
 # of bodies that fluid seeps through
 SOAKED: dict[type[Any], str] = {
-    OutsideRod: "softmark.interpreter.models.outside.rods.build",
     Fem: "softmark.interpreter.models.fem.seeping",
     Outside: "softmark.interpreter.models.outside.build",
 }

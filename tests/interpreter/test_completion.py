@@ -104,6 +104,20 @@ def test_bash_completes_by_asking(here: Path) -> None:
     assert (done.stdout, done.stderr) == ("fine|", "")
 
 
+def test_bash_runs_nothing_that_a_file_is_named_by(here: Path) -> None:
+    """What it offers is taken as it stands: it means the file, however that is named, and nothing else."""
+    names = ("$(touch${IFS}ran).scene", "x;touch`x`.scene")
+    for name in (*names, "two\nlines.scene"):
+        (here / name).touch()
+    probe = 'eval "$(dsl completion bash)"; COMP_WORDS=(dsl fmt ""); COMP_CWORD=2; _dsl; IFS=" "'
+    probe += """; eval "printf '%s|' ${COMPREPLY[*]}" """
+    done = subprocess.run(["bash", "-c", probe], capture_output=True, text=True)
+    offered = set(done.stdout.split("|"))
+    assert offered >= {*names, "my parts/", "mine.scene"}
+    assert not offered & {"two", "lines.scene"}
+    assert not (here / "ran").exists()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("line", ["run silicone-beam --model c", "run silicone-beam -p rod.s", "explain c", "import d"])
 @pytest.mark.usefixtures("here")

@@ -67,6 +67,29 @@ def test_steps_that_waves_cross_a_segment_in_are_said_to_be_too_long() -> None:
     assert "times the work of its loads" in theirs.message
 
 
+@pytest.mark.slow
+def test_a_rod_that_is_pulled_far_is_no_unstable_one() -> None:
+    """To 1.3 of its length: strain energy by its own law, of sections that grow thin, is what was worked for."""
+    pytest.importorskip("elastica")
+    pulled = SWING.format(shape=ROUND, damping="").replace("600 kPa", "60 kPa")
+    weight, pull = "gravity(9.81 m/s^2, direction = (0, -1, -2))", "point_force(beam, (178, 0, 0) mm, (3, 0, 0) N)"
+    theirs = run(pulled.replace(weight, pull) + rods((10, "0.1 ms"))).models["n10"]
+    assert theirs.status == "converged"
+    assert theirs.probes["tip"].course[:, 0, 0].max() > 0.04
+
+
+def test_a_rod_that_remembers_or_knows_directions_is_none_of_others() -> None:
+    """`beam6dof` remembers: what another program would move in its place is elastic. Fibres are an error."""
+    own = SWING.format(shape=ROUND, damping="") + rods((4, "0.5 ms"))
+    law = "linear_elastic(young = 600 kPa, poisson = 0.49, density = 1070 kg/m^3)"
+    relaxing = own.replace(law, f"viscous({law}, g = [0.5], tau = [1 s])")
+    (warning,) = [w for w in softmark.loads(relaxing).warnings if w.code == "W710"]
+    assert "stress that relaxes" in warning.message
+    fibres = "transversely_isotropic(shear = 9 kPa, k1 = 1 kPa, k2 = 1, fibres = +x, density = 1070 kg/m^3)"
+    with pytest.raises(softmark.SceneError, match="knows isotropic materials alone"):
+        softmark.loads(own.replace(law, fibres))
+
+
 def test_what_a_rod_of_others_cannot_do_is_said() -> None:
     """Nothing is approximated: stiffness that damps, a load that follows, a clamp within, and a state of rest."""
     own = SWING.format(shape=ROUND, damping=", damping_stiffness = 1 ms") + rods((4, "0.5 ms"))

@@ -26,5 +26,6 @@ def run(parsed: argparse.Namespace) -> int:
 
     words = sys.stdin.buffer.read().decode("utf-8", errors="replace").split("\0")[:-1]
     for word, meaning in answers(words).items():
-        print(f"{word}\t{' '.join(meaning.split())}" if meaning else word)
+        if word.isprintable():  # a file may be named by line feeds, which part answers here
+            print(f"{word}\t{' '.join(meaning.split())}" if meaning else word)
     return 0

@@ -3,7 +3,7 @@ _dsl() {
   local word words=("${COMP_WORDS[@]:1:COMP_CWORD}")
   COMPREPLY=()
   while IFS=$'\t' read -r word _; do
-    [[ $word == *[[:space:]]* ]] && printf -v word %q "$word"
+    [[ $word == *[!A-Za-z0-9_./=:,+%@^~-]* ]] && printf -v word %q "$word"
     COMPREPLY+=("$word")
   done < <(printf '%s\0' "${words[@]//\\/}" | dsl completion answers 2>/dev/null)
   [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *[=/] ]] && compopt -o nospace 2>/dev/null

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Reason = tuple[str, str]  # what cannot be told, and why
 
 _NO_TIME = "other programs are told of bodies at rest alone"
+_NO_PAST = "what a body remembers has no words in the neutral problem"
 _NO_REST = "it steps through time and solves for no state of rest: ask for the motion, by a dynamic analysis"
 _FROM_REST = "a motion is told from rest, under loads that act in full from the start"
 _NODAL = "what holds a body is told as displacements of its nodes"
@@ -51,7 +52,7 @@ def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]
     if not isinstance(model, Fem):
         return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
     analysis = of_motion(case) if moves else _of_analysis(case)
-    return [*analysis, *_of_body(case), *_of_supports(case)]
+    return [*analysis, *of_body(case), *_of_supports(case)]
 
 
 def _of_model(model: Fem) -> Iterator[Reason]:
@@ -93,7 +94,8 @@ def of_motion(case: Case) -> Iterator[Reason]:
             yield f"support `{support.name}`", "what holds a body in motion is told as nodes that stay"
 
 
-def _of_body(case: Case) -> Iterator[Reason]:
+def of_body(case: Case) -> Iterator[Reason]:
+    """What of a body and of what it is made of has no words."""
     if case.planar in ("plane_stress", "axisymmetric"):
         yield case.planar, "a slice of a plate or of a body of revolution is no solid of its own"
     for material in case.materials:
@@ -105,9 +107,9 @@ def _of_body(case: Case) -> Iterator[Reason]:
         if getattr(material, "pulls", False):
             yield f"the muscle {name}", "what pulls within has no words in the neutral problem"
     if case.porous:
-        yield "fluid that seeps", _NO_TIME
+        yield "fluid that seeps", _NO_PAST
     elif case.remembers:
-        yield "stress that relaxes", _NO_TIME
+        yield "stress that relaxes", _NO_PAST
 
 
 def _of_supports(case: Case) -> Iterator[Reason]:

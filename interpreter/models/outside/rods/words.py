@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.outside.adapters import RODS
 from softmark.interpreter.models.outside.asked import Asked
-from softmark.interpreter.models.outside.telling import Reason, of_motion
+from softmark.interpreter.models.outside.telling import Reason, of_body, of_motion
 from softmark.interpreter.models.shared.model import Model
 from softmark.interpreter.problem.stretches import whole
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -50,13 +50,7 @@ class OutsideRod(Asked):
     """
 
     recovers = False
-    graded = True  # said to be unsupported, as all else that has no words for others
-    directed = True
-    composite = True
-    bedded = True
-    touches = True
-    remembers = True
-    soaks = True
+    remembers = True  # said to be unsupported
     sectional = True
     finely = ("segments",)
     loads = (*Model.loads, PerLength, Routed)
@@ -92,8 +86,7 @@ class OutsideRod(Asked):
     def _of_body(self, case: Case) -> Iterator[Reason]:
         if not isinstance(case.prism, Prism) or case.prism.tapered:
             yield "the body", "a rod is told by one section along a straight axis"
-        if len(case.materials) > 1 or not getattr(case.material, "uniform", True):
-            yield "what it is made of", "a rod is told by one section along its axis"
+        yield from of_body(case)
         if isinstance(case.analysis, Dynamic) and case.analysis.damping_stiffness:
             yield "damping_stiffness", "its damping is by velocities alone"
 
