@@ -39,6 +39,8 @@ LOOKALIKES = {
 FOREIGN_WORDS = {"import": "use", "include": "use", "from": "use", "let": "param", "const": "param",
                  "var": "param", "assert": "expect", "require": "expect"}  # fmt: skip
 
+PROGRAMS = frozenset({"for", "if", "while", "def"})  # what programs are made of, and scenes are not
+
 
 @dataclass(frozen=True)
 class Slip:
@@ -278,6 +280,10 @@ def _equal(slip: Slip) -> Diagnostic | None:
         return None
     name, text = slip.text(-1), slip.text(0)
     message = f"expected `=` after `{name}`, found {slip.shown}"
+    if _names_declaration(slip) and slip.text(-2) in PROGRAMS:
+        return slip.say(
+            "E106", message, "a scene declares and does not run: what varies is a `study NAME = sweep(...)`"
+        )
     if text in (":", ":=", "=="):
         return slip.say("E106", message, Remedy(f"write `{name} = ...`", Fix("=")))
     if _names_declaration(slip) and slip.found.kind != "LBRACE":

@@ -165,7 +165,7 @@ def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
         declared.at(),
         f"`{declared.name}` cannot be exported to {to}: {listed}",
         "has no words there",
-        "give `--model` the name of a `fem(...)` model of small strain, or of a law that the other program has",
+        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has",
     )
 
 
