@@ -51,7 +51,7 @@ def seen_box(shapes: Mapping[str, SeenSurface], view: CameraView) -> tuple[Float
     axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
     for shape in shapes.values():
         flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
-        flat += [X @ axes for X in room.positions(shape)]
+        flat += [X @ axes for X in room.positions(shape) if len(X)]  # what the plane misses has no outline there
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 
