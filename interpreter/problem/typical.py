@@ -35,7 +35,8 @@ def typical(material: Any, shape: Any) -> Any:
     For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
     """
     new: dict[str, float] = {}
-    for name, profile in profiles(material).items():
+    within = getattr(material, "law", None)  # of muscle, whose law may not vary: that is said, and stops nothing else
+    for name, profile in ((profiles(within) if hasattr(within, "varying") else {}) | profiles(material)).items():
         seen = [v for _, v in looked(profile, shape) if math.isfinite(v)]
         if not seen:
             new[name] = UNKNOWN[name]
