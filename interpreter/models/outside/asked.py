@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -36,6 +37,18 @@ class Asked(Model):
     def told(self) -> Program:
         """What is known of the program."""
         return program(self.program)
+
+    @property
+    def ours(self) -> Model:
+        """The model of ours that it is told of."""
+        raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against the model of ours of this case, and what the program cannot do."""
+        found = self.ours.doubts(replace(declared, thing=self.ours), case)
+        if any(d.severity == "error" for d in found):
+            return found
+        return [*found, *self.unsupported(declared, case)]
 
     def reasons(self, case: Case) -> list[Reason]:
         """What of it the program cannot do exactly as the scene means it, and why."""

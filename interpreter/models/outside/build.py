@@ -17,12 +17,13 @@ from softmark.interpreter.models.fem import build as fem
 from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.outside import running
 from softmark.interpreter.models.outside.adapters import adapter
-from softmark.interpreter.models.outside.asked import GB
-from softmark.interpreter.models.outside.moving import motion_of, shown
+from softmark.interpreter.models.outside.asked import GB, Asked
+from softmark.interpreter.models.outside.moving import motion_of, shown, times_of
 from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 from softmark.interpreter.models.outside.running import End
 from softmark.interpreter.models.outside.telling import Untold, told
 from softmark.interpreter.models.outside.words import Outside
+from softmark.interpreter.models.shared.deformed import in_motion
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Spent, Status, Workshop
 from softmark.interpreter.models.shared.unbuilt import Unbuilt
 from softmark.interpreter.problem.case import Case
@@ -48,7 +49,7 @@ NOT_KNOWN = "another program solved it, and of the stiffness in its state nothin
 class PreparedOutside:
     """A model of ours on the same mesh, which is told to a program, and judges what that answers."""
 
-    model: Outside
+    model: Asked
     declared: Declared
     case: Case
     solid: PreparedSolid
@@ -215,12 +216,17 @@ class PreparedMoving(PreparedOutside):
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
         """Whether what is held stays is all that is asked of them: their model is their own."""
-        node, component = problem.held.T
-        slipped = float(np.abs(u[:, node, component] - problem.values).max(initial=0.0))
+        moved = problem.held[:, 1] < 3  # the others are turns of sections
+        node, component = problem.held[moved].T
+        slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
         title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
         if slipped > HELD * float(np.abs(u).max(initial=0.0)):
             return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
-        return shown(self.motion, self.mesh, answer, u, known)
+        return shown(self.motion, answer, self.seen(answer, u), known)
+
+    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
+        """How points move, `course`, where they end, and the mesh, from displacements of nodes u (t, n, 3), m."""
+        return in_motion(self.mesh, times_of(self.motion), u)
 
 
 def states(answer: Answer, problem: Problem, count: int) -> Floats:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.models.outside.problem import Answer, Motion
-from softmark.interpreter.models.shared.deformed import in_motion
 from softmark.interpreter.models.shared.prepared import Solution, Status
 from softmark.interpreter.results.history import KEPT, History
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -16,11 +15,10 @@ from softmark.solvers.energies.energy import Floats
 if TYPE_CHECKING:
     from typing import Any
 
-    from softmark.interpreter.models.outside.words import Outside
-    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.interpreter.models.outside.asked import Asked
 
 
-def motion_of(model: Outside, analysis: Dynamic, masses: Floats) -> Motion:
+def motion_of(model: Asked, analysis: Dynamic, masses: Floats) -> Motion:
     """What a program is told of time and of masses (n,), kg."""
     step = model.step or analysis.step
     count = round(analysis.duration / step)
@@ -29,12 +27,16 @@ def motion_of(model: Outside, analysis: Dynamic, masses: Floats) -> Motion:
                   model.iterations)  # fmt: skip
 
 
-def shown(motion: Motion, mesh: Mesh, answer: Answer, u: Floats, known: dict[str, Any]) -> Solution:
-    """Its displacements u (t, n, 3), m, as a motion; steps that it says are not solved make it `capped`."""
+def times_of(motion: Motion) -> Floats:
+    """When the states are that were asked for (t,), s."""
     times: Floats = np.asarray(motion.step * motion.after, dtype=np.float64)
-    found = in_motion(mesh, times, u)
+    return times
+
+
+def shown(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
+    """A motion, of which `found` is how points move, `course`, and where they end; unsolved steps make it `capped`."""
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
     solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
     status: Status = "capped" if answer.unsolved else "converged"
-    history = History(times, found.pop("course"), steps, (), motion.step, solved)
+    history = History(times_of(motion), found.pop("course"), steps, (), motion.step, solved)
     return Solution(status, answer.said if answer.unsolved else None, known, history=history, **found)

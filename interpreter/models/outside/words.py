@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.outside import telling
 from softmark.interpreter.models.outside.adapters import PROGRAMS
@@ -18,7 +17,6 @@ from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.problem.conforming import Cuts
     from softmark.interpreter.results.report import ModelKind
@@ -85,6 +83,11 @@ class Outside(Asked):
     iterations: Annotated[int | None, "1 in [1, 100000]", "its iterations in a step; its own choice if none"] = None
 
     @property
+    def ours(self) -> Fem:
+        """Finite elements on the same mesh."""
+        return self.solid
+
+    @property
     def solid(self) -> Fem:
         """Finite elements of ours on the same mesh: what its mesh, supports and loads are found by."""
         mass: Any = "lumped" if self.told.moves else "consistent"
@@ -120,13 +123,6 @@ class Outside(Asked):
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
         """What its meshes must follow."""
         return self.solid.cuts(case, shape)
-
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against finite elements of ours of this case, and what the program cannot do."""
-        found = self.solid.doubts(replace(declared, thing=self.solid), case)
-        if any(d.severity == "error" for d in found):
-            return found
-        return [*found, *self.unsupported(declared, case)]
 
     def reasons(self, case: Case) -> list[Reason]:
         """What of it the program cannot do exactly as the scene means it, and why."""

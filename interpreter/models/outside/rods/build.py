@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.beam import build as beam
 from softmark.interpreter.models.beam.sections import inertia
-from softmark.interpreter.models.outside.build import PreparedOutside, states
+from softmark.interpreter.models.outside.build import PreparedMoving
 from softmark.interpreter.models.outside.moving import motion_of
-from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, Problem, Section, Stuff
+from softmark.interpreter.models.outside.problem import Answer, NoAnswer, Problem, Section, Stuff
 from softmark.interpreter.models.outside.rods.words import OutsideRod
-from softmark.interpreter.models.shared.prepared import Prepared, Solution, Status, Workshop
+from softmark.interpreter.models.shared.prepared import Prepared, Workshop
 from softmark.interpreter.models.shared.unbuilt import Unbuilt
 from softmark.interpreter.problem.case import Case
-from softmark.interpreter.results.history import History
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_rotation import quaternion, rotation
@@ -28,16 +27,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PreparedRod(PreparedOutside):
+class PreparedRod(PreparedMoving):
     """A rod that a program moves; `solid` is the same of ours, at rest, which knows its nodes, sections and loads."""
-
-    motion: Motion
-    lost: ClassVar[Status] = "diverged"
-
-    @property
-    def assembly(self) -> Any:
-        """None: that is of a state of rest alone."""
-        return None
 
     @property
     def rod(self) -> PreparedBeam:
@@ -69,43 +60,34 @@ class PreparedRod(PreparedOutside):
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Displacements of nodes (t, n, 3), m, after the steps that were asked for. Raises NoAnswer."""
-        u = states(answer, problem, len(self.motion.after))
+        u = super().looked_at(answer, problem)
         turned = answer.turned
         if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
             raise NoAnswer("its result says nothing of how sections turn")
         return u
 
-    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
-        """Whether what is held stays is all that is asked of them: their model is their own."""
-        motion, title = self.motion, self.model.told.title
-        known = known | {"means": self.model.told.moves, "steps": motion.count}
-        node, component = problem.held.T
-        slipped = float(np.abs(u[:, node[component < 3], component[component < 3]]).max(initial=0.0))
-        if slipped > 1e-6 * float(np.abs(u).max(initial=0.0)):
-            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
+        """The same of a rod, around whose axis sections turn as the program says."""
         assert answer.turned is not None
-        rest, times = self.rod.rest, np.asarray(motion.step * motion.after, dtype=np.float64)
-        frames = np.concatenate([problem.points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
+        rest, points = self.rod.rest, self.rod.points
+        frames = np.concatenate([points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
 
         def course(X: Floats) -> Floats:
             return np.array([displacement_at(x, rest, X) for x in frames])
 
-        steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
-        history = History(times, course, steps, (), motion.step, (True,) * motion.count)
-        return Solution("converged", None, known, history=history,
-                        displacement=lambda X: displacement_at(frames[-1], rest, X))  # fmt: skip
+        return {"course": course, "displacement": lambda X: displacement_at(frames[-1], rest, X)}
 
 
 def load(model: OutsideRod) -> None:
     """Import what building needs."""
-    beam.load(model.rod)
+    beam.load(model.ours)
 
 
 def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """The same of ours, at rest, to be told; nothing where the program cannot compute it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")
-    rod = beam.at_rest(model.rod, replace(declared, thing=model.rod), case)
+    rod = beam.at_rest(model.ours, replace(declared, thing=model.ours), case)
     masses = np.asarray(rod.mass()[::6])
-    motion = motion_of(cast(Any, model), cast(Any, case.analysis), masses)
-    return cast(Prepared, PreparedRod(cast(Any, model), declared, case, cast(Any, rod), motion))
+    motion = motion_of(model, cast(Any, case.analysis), masses)
+    return cast(Prepared, PreparedRod(model, declared, case, cast(Any, rod), motion))

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.models.beam.words import Beam6Dof
 from softmark.interpreter.models.outside.adapters import RODS
 from softmark.interpreter.models.outside.asked import Asked
@@ -19,7 +18,6 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.report import ModelKind
 
@@ -67,16 +65,9 @@ class OutsideRod(Asked):
     iterations = None  # it solves nothing
 
     @property
-    def rod(self) -> Beam6Dof:
+    def ours(self) -> Beam6Dof:
         """The rod of ours that it is told of."""
         return Beam6Dof(self.segments, body=self.body)
-
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against a rod of ours of this case, and what the program cannot do."""
-        found = self.rod.doubts(replace(declared, thing=self.rod), case)
-        if any(d.severity == "error" for d in found):
-            return found
-        return [*found, *self.unsupported(declared, case)]
 
     def reasons(self, case: Case) -> list[Reason]:
         """What of it the program cannot do exactly as the scene means it, and why."""
@@ -111,7 +102,7 @@ class OutsideRod(Asked):
 
     def stations(self, case: Case) -> list[float]:
         """Nodes along the axis, m from the root."""
-        return self.rod.stations(case)
+        return self.ours.stations(case)
 
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""
@@ -119,7 +110,7 @@ class OutsideRod(Asked):
 
     def kind(self, case: Case) -> ModelKind:
         """What it is but for its segments."""
-        rod = self.rod.kind(case)
+        rod = self.ours.kind(case)
         return replace(rod, words=f"{rod.words}, {self.told.title}")
 
     def orders(self) -> dict[str, int]:
