@@ -27,8 +27,7 @@ def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequ
 
 def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
     """The metrics that an expectation names, with whose they are."""
-    names = (node.parts for node, _ in tree.walk(expectation.node) if isinstance(node, tree.Name))
-    return tuple(dict.fromkeys((parts[0], parts[1]) for parts in names if len(parts) == 2))
+    return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in metrics_in(expectation.node)))
 
 
 def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
@@ -68,9 +67,8 @@ def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
     if not math.isfinite(values[0].value):
         return ExpectationResult(text, line, None, None, reason="its value is not a finite number")
     first, limits = values[0], tuple(v.value for v in values[1:])
-    metric = next((name.text for name in metrics_in(expectation.node)), "")
-    return ExpectationResult(text, line, passed, first.value, units.si(first.dimension),
-                             metric=metric, relations=relations, limits=limits)  # fmt: skip
+    unit = units.si(first.dimension)
+    return ExpectationResult(text, line, passed, first.value, unit, relations=relations, limits=limits)
 
 
 def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:

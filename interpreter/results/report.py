@@ -385,9 +385,13 @@ class ExpectationResult:
     left_out: bool = False  # what it is about was not chosen to run
     states: tuple[bool | None, ...] = ()  # whether it is met in each, of one that is asked of all states
     about: tuple[tuple[str, str], ...] = ()  # (model or reference, metric) that it names
-    metric: str = ""  # `rod.eta`, the first that it names
     relations: tuple[str, ...] = ()
     limits: tuple[float, ...] = ()
+
+    @property
+    def metric(self) -> str:
+        """`rod.eta`, the first that it names."""
+        return ".".join(self.about[0]) if self.about else ""
 
     @property
     def verdict(self) -> str:

@@ -166,6 +166,7 @@ def test_an_expectation_is_asked_of_each_state_or_of_one(report: softmark.Report
     assert (every.passed, every.states) == (True, (True, True, True))
     assert (one.passed, one.states) == (True, ())
     assert one.value == report.models["finite"].each[1].metrics["pull"].value
+    assert (every.about, one.about, one.metric) == ((("finite", "pull"),), (("finite", "pull"),), "finite.pull")
     assert (broken.passed, broken.states) == (False, (True, True, False))
     assert broken.reason == "not met in the state 100 %"
     assert broken.value == report.models["finite"].metrics["pull"].value
