@@ -13,9 +13,10 @@ from lsprotocol import types
 from softmark.grammar import tree
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.evidence import Measured, evidence
+from softmark.interpreter.editor.known import in_si
 from softmark.interpreter.editor.names import field_of, fields_of
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expressions import Bad, Evaluator, Quantity, Value, VectorValue
+from softmark.interpreter.language.expressions import Bad, Evaluator
 from softmark.interpreter.language.schema import Vocabulary
 
 NUMBERS = frozenset({"quantity", "vector", "list", "each", "amount", "amounts", "integer"})  # forms with a value in SI
@@ -74,7 +75,7 @@ def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
         value = evaluator.values(node) if isinstance(node, tree.List) else evaluator.value(node)
     except Bad:
         return ""
-    return _shown(value)
+    return in_si(value, DIGITS)
 
 
 def _plain(node: tree.Expression) -> bool:
@@ -96,16 +97,6 @@ def _is_si(unit: tree.Unit | None) -> bool:
         return units.parse(unit.text).factor == 1.0
     except units.UnitError:
         return True
-
-
-def _shown(value: Value) -> str:
-    """`0.178 m`, `(0, 0, 0.1) m`: in the coherent unit of SI."""
-    unit = units.of_vector(value.dimension) if isinstance(value, VectorValue) else units.si(value.dimension)
-    if isinstance(value, Quantity):
-        said = f"{value.value:.{DIGITS}g}"
-    else:
-        said = f"({', '.join(f'{v:.{DIGITS}g}' for v in value.values)})"
-    return said if unit == "1" else f"{said} {unit}"
 
 
 # ------------------------------------------------------------------ what was measured

@@ -11,7 +11,7 @@ from softmark.interpreter.dictionary.plain import unit_page, word_page
 from softmark.interpreter.dictionary.words import facts, page
 from softmark.interpreter.editor import markdown
 from softmark.interpreter.editor.document import Document
-from softmark.interpreter.editor.known import declared
+from softmark.interpreter.editor.known import declared, in_si, shown
 from softmark.interpreter.editor.surroundings import NAMES, Surroundings, around
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
@@ -143,15 +143,5 @@ def _source(text: str) -> str:
     return f"```softmark\n{text}\n```"
 
 
-def shown(value: Value) -> str:
-    """A value as people write it: `178 mm`, `(178, 0, 0) mm`."""
-    many = getattr(value, "values", None)
-    return units.show(value.value, value.dimension) if many is None else units.show_all(many, value.dimension)  # type: ignore[union-attr]
-
-
 def _in_si(value: Value) -> str:
-    unit = units.si(value.dimension)
-    many = getattr(value, "values", None)
-    said = f"{value.value:.9g}" if many is None else f"({', '.join(f'{v:.9g}' for v in many)})"  # type: ignore[union-attr]
-    what = units.named(value.dimension)
-    return markdown.prose(f"{what}, {said} {unit}".removesuffix(" 1"))
+    return markdown.prose(f"{units.named(value.dimension)}, {in_si(value, 9)}")

@@ -8,6 +8,7 @@ from softmark.grammar import tree
 from softmark.grammar.split import opens
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.language import units
+from softmark.interpreter.language.expressions import Quantity, Value, VectorValue
 from softmark.interpreter.language.units import Dimension
 
 
@@ -40,3 +41,20 @@ def dimension(document: Document, name: str) -> Dimension | None:
         return units.parse(metric.thing.unit).dimension
     except (units.UnitError, NotImplementedError, AttributeError):
         return None
+
+
+def shown(value: Value) -> str:
+    """A value as people write it: `178 mm`, `(178, 0, 0) mm`."""
+    if isinstance(value, Quantity):
+        return units.show(value.value, value.dimension)
+    return units.show_all(value.values, value.dimension)
+
+
+def in_si(value: Value, digits: int) -> str:
+    """`0.178 m`, `(0, 0, 0.1) m`: in the coherent unit of SI."""
+    unit = units.of_vector(value.dimension) if isinstance(value, VectorValue) else units.si(value.dimension)
+    if isinstance(value, Quantity):
+        said = f"{value.value:.{digits}g}"
+    else:
+        said = f"({', '.join(f'{v:.{digits}g}' for v in value.values)})"
+    return said if unit == "1" else f"{said} {unit}"

@@ -13,7 +13,7 @@ from lsprotocol.types import CompletionItemKind as Kind
 from softmark.interpreter.dictionary.examples import sample
 from softmark.interpreter.dictionary.plain import CALLS, RESERVED
 from softmark.interpreter.dictionary.words import facts
-from softmark.interpreter.editor.known import declared, dimension
+from softmark.interpreter.editor.known import declared, dimension, shown
 from softmark.interpreter.editor.surroundings import Frame, Surroundings
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
@@ -154,9 +154,7 @@ def value_of(here: Surroundings, name: str) -> str:
     parameter = here.document.known.parameters.get(name)
     if parameter is None:
         return ""
-    value = parameter.value
-    many = getattr(value, "values", None)
-    return units.show(value.value, value.dimension) if many is None else units.show_all(many, value.dimension)  # type: ignore[union-attr]
+    return shown(parameter.value)
 
 
 def _choice(here: Surroundings, field: Field) -> Iterator[Offer]:
