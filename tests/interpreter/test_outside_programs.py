@@ -165,7 +165,7 @@ ENDS = {
     "dies": ("import os; print('oh', flush=True); os.abort()",
         "failed", "ended by a signal (SIGABRT); its last words: oh"),
     "fails": ("raise SystemExit('no licence')", "failed", "exit status 1; its last words: no licence"),
-    "eats memory": ("x = [bytearray(2**26) for _ in range(2**20)]", "failed", "it ran out of the 0.5 GB of memory"),
+    "eats memory": ("x = [bytearray(2**28) for _ in range(2**20)]", "failed", "it ran out of the 0.5 GB of memory"),
     "says nothing": ("", "failed", "scikit-fem: it left no result"),
     "no file of arrays": ("open('answer.json', 'w').write('{')", "failed", "its result cannot be read"),
     "NaN": (ANSWER.format(change="u[0, 5] = np.nan", settled=True),
