@@ -64,7 +64,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("explain cyl|", "cylinder"),
     ("explain E10|", "E101 E102 E103 E104 E105 E106 E107 E108 E109"),
     ("list mod|", "models"),
-    ("export mine.scene --to |", "calculix febio gmsh sofa vtu"),
+    ("export mine.scene --to |", "calculix febio gmsh mujoco polyfem sofa vtu"),
     ("run mine.scene --st|", "--stated"),
     ("run mine.scene --out |", "my parts/"),
     ("run mine.scene --repeat |", ""),

@@ -1,15 +1,19 @@
-"""Decks of FEBio and SOFA as text: well formed, whole, and in the units that they name. None has been run."""
+"""Decks as text: well formed, whole, and in the units that they name. Those of FEBio, SOFA and PolyFEM have not run."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
+import meshio
 import numpy as np
+import pytest
 
-from softmark.interpreter.models.outside.decks import febio, sofa
+from softmark.interpreter.models.outside.decks import febio, mujoco, polyfem, sofa
 from softmark.interpreter.models.outside.decks.named import Named
-from softmark.interpreter.models.outside.problem import Problem, Stuff
+from softmark.interpreter.models.outside.problem import Motion, Problem, Stuff
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET = Problem(
@@ -79,3 +83,99 @@ def test_a_scene_of_sofa_has_all_of_the_problem() -> None:
     assert sofa.refuses(problem) == small == []
     assert [what for what, _ in sofa.refuses(TET)] == ["a support that moves", "several states"]
     assert [what for what, _ in sofa.refuses(replace(problem, element="hex8"))] == ["hex8"]
+
+
+PUSHED = {"push": np.array([[0.0, 0, 0], [0, 2, 0], [0, 2, 0], [0, 2, 0]]) * 1e-6}  # on the oblique facet
+CLAMPED = replace(TET, held=np.array([[i, k] for i in (0, 1, 2) for k in range(3)] + [[3, 0]]), values=np.zeros(10))
+WEIGHT = 1000.0 * 1e-9 / 6.0 * 9.81 / 4.0  # N of each node of the tetrahedron
+WEIGHED = {"weight": np.tile([0.0, 0.0, -WEIGHT], (4, 1))}
+FACETS = {"push": np.array([[1, 2, 3]])}
+# of json-specs: each key that may be where the deck has one, of what is required first
+SPECIFIED = {
+    "": (["geometry", "materials"], ["units", "space", "boundary_conditions", "output"]),
+    "/units": ([], ["length", "mass", "time"]),
+    "/geometry/*": (["mesh"], ["volume_selection", "surface_selection"]),
+    "/geometry/*/volume_selection": ([], ["id_offset"]),
+    "/geometry/*/surface_selection/*": (["id", "radius", "center"], ["relative"]),
+    "/materials/*": (["type", "E", "nu"], ["id", "rho"]),
+    "/space": ([], ["discr_order"]),
+    "/boundary_conditions": ([], ["rhs", "dirichlet_boundary", "neumann_boundary"]),
+    "/boundary_conditions/dirichlet_boundary/*": (["id", "value"], ["dimension"]),
+    "/boundary_conditions/neumann_boundary/*": (["id", "value"], []),
+    "/output": ([], ["paraview"]),
+    "/output/paraview": ([], ["file_name"]),
+}
+
+
+def unspecified(value: Any, at: str = "") -> list[str]:
+    """What of a deck of PolyFEM its specification does not have, or misses."""
+    if isinstance(value, list):
+        return [own for each in value for own in unspecified(each, f"{at}/*")]
+    if not isinstance(value, dict):
+        return []
+    required, optional = SPECIFIED.get(at, ([], []))
+    wrong = [f"{at}/{key}" for key in {*value} - {*required, *optional} | ({*required} - {*value})]
+    return wrong + [own for key, each in value.items() for own in unspecified(each, f"{at}/{key}")]
+
+
+def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
+    """Gravity by what `rhs` is taken from; a force of 6e-6 N over 3^0.5/2 mm^2 is a traction; node 3 is free."""
+    problem = replace(TET, held=CLAMPED.held[:9], values=np.zeros(9), shares=(1.0,),
+                      forces=PUSHED["push"] + WEIGHED["weight"])  # fmt: skip
+    named = Named(
+        {"bar": np.array([0])}, {"wall": np.arange(3)}, PUSHED | WEIGHED, {**FACETS, "wall": np.array([[0, 1, 2]])}
+    )
+    assert polyfem.refuses(problem) == polyfem.lost(problem, named) == []
+    deck = polyfem.deck(problem, named)
+    assert unspecified(deck) == []
+    selected = {own["id"]: own["center"] for own in deck["geometry"][0]["surface_selection"]}
+    conditions = deck["boundary_conditions"]
+    assert conditions["rhs"] == pytest.approx([0.0, 0.0, 9.81])
+    (wall,), (pushed,) = conditions["dirichlet_boundary"], conditions["neumann_boundary"]
+    assert (wall["value"], wall["dimension"]) == ([0.0, 0.0, 0.0], [True, True, True])
+    assert selected[wall["id"]] == pytest.approx([1e-3 / 3.0, 1e-3 / 3.0, 0.0])
+    assert pushed["value"] == pytest.approx([0.0, 6e-6 / (0.5 * 3.0**0.5 * 1e-6), 0.0])
+    assert selected[pushed["id"]] == pytest.approx([1e-3 / 3.0] * 3)
+    assert deck["materials"] == [{"id": 1, "type": "NeoHookean", "E": 1e4, "nu": 0.25, "rho": 1000.0}]
+    assert polyfem.export(problem, named, tmp_path) == ["model.json", "mesh.msh"]
+    mesh = meshio.read(tmp_path / "mesh.msh")
+    assert mesh.cells_dict["tetra"].tolist() == [[0, 1, 2, 3]]
+    assert mesh.cell_data_dict["gmsh:physical"]["tetra"].tolist() == [1]  # the number of its material
+
+
+def test_what_polyfem_cannot_be_told_is_refused() -> None:
+    """Nodes that are held beside whole facets, loads that are no traction, states, other elements."""
+    point = replace(TET, held=TET.held[:3], values=np.zeros(3))
+    assert [what for what, _ in polyfem.refuses(point)] == ["several states", "the supports"]
+    assert [what for what, _ in polyfem.refuses(replace(TET, element="hex8"))] == ["hex8"]
+    one = {"pull": np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [1e-6, 0, 0]])}
+    named = Named({"bar": np.array([0])}, {}, one, {})
+    assert [what for what, _ in polyfem.lost(replace(TET, forces=one["pull"]), named)] == ["load `pull`"]
+
+
+MOVING = replace(
+    CLAMPED,
+    stuff=(replace(TET.stuff[0], law="st_venant_kirchhoff"),),
+    forces=WEIGHED["weight"] + [[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 2e-6, 0]],
+    shares=(1.0,),
+    motion=Motion(1e-3, 5, np.array([0, 5]), np.full(4, WEIGHT / 9.81), 3.0, 1e-4),
+)
+
+
+def test_a_model_of_mujoco_has_all_of_the_problem() -> None:
+    """What is held has no slide; beside its weight a node is pushed, and slowed by 3 / s of its mass."""
+    assert MOVING.motion is not None
+    root = ElementTree.fromstring(mujoco.deck(MOVING, MOVING.motion))
+    option, flex, elastic = (next(root.iter(tag)) for tag in ("option", "flex", "elasticity"))
+    assert [float(v) for v in option.attrib["gravity"].split()] == pytest.approx([0.0, 0.0, -9.81])
+    assert (option.attrib["timestep"], option.attrib["integrator"]) == ("0.001", "discrete")
+    assert (flex.attrib["body"], flex.attrib["element"]) == ("n0 n1 n2 n3", "0 1 2 3")
+    assert [float(elastic.attrib[n]) for n in ("young", "poisson", "damping")] == [1e4, 0.25, 1e-4]
+    assert [own.attrib["name"] for own in root.iter("joint")] == ["n3y", "n3z"]
+    bias = {own.attrib["joint"]: [float(v) for v in own.attrib["biasprm"].split()] for own in root.iter("general")}
+    drag = -3.0 * WEIGHT / 9.81
+    assert bias.keys() == {"n3y", "n3z"}
+    assert bias["n3y"] == pytest.approx([2e-6, 0.0, drag], rel=1e-9)
+    assert bias["n3z"] == pytest.approx([0.0, 0.0, drag], rel=1e-9)
+    assert mujoco.refuses(MOVING) == []
+    assert [what for what, _ in mujoco.refuses(replace(TET, element="hex8"))] == ["hex8", "neo_hookean"]

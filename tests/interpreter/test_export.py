@@ -48,7 +48,11 @@ def bar(element: str = "tet4") -> str:
 
 
 @pytest.mark.parametrize(
-    "to", [pytest.param(f, marks=[pytest.mark.slow] * (f != "vtu")) for f in sorted(FORMATS.keys() - {"febio", "sofa"})]
+    "to",
+    [
+        pytest.param(f, marks=[pytest.mark.slow] * (f != "vtu"))
+        for f in sorted(FORMATS.keys() - {"febio", "mujoco", "polyfem", "sofa"})
+    ],
 )  # which take less: test_decks.py
 def test_the_exam_sheet_has_what_is_asked_and_known(
     to: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -202,3 +206,55 @@ def test_a_scene_of_the_exported_mesh_has_the_same_answer(element: str, tmp_path
     each: list[Any] = [softmark.loads(bar(element)), softmark.load(place)]
     first, again = (own.run(models="small").models["small"].metrics["sink"].value for own in each)
     assert again == pytest.approx(first, rel=1e-10)
+
+
+FALLS = """softmark 1
+scene "A bar that falls"
+material silicone = st_venant_kirchhoff(young = 60 kPa, poisson = 0.3, density = 1070 kg/m^3)
+body beam = solid(box(size = (60, 20, 20) mm), silicone)
+support wall = fixed(beam, where = x <= 0 mm)
+support guide = fixed(beam, where = y <= 0 mm, components = y)
+load weight = gravity(9.81 m/s^2, direction = -z)
+load pull = traction(beam, where = x >= 60 mm, vector = (300, 0, 0) Pa)
+analysis fall = dynamic(duration = 20 ms, step = 1 ms, integrator = implicit_euler, damping_mass = 5 Hz)
+probe tip = point(beam, at = (60, 10, 10) mm)
+metric drop = displacement(tip, along = -z)
+model theirs = outside(mujoco, tet4, strain = finite, size = 10 mm, step = 0.5 ms)
+model full = fem(tet4, strain = finite, size = 10 mm)
+"""
+
+
+@pytest.mark.slow
+def test_a_model_of_mujoco_moves_as_its_adapter_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file alone, stepped as often as it says, ends where `outside(mujoco, ...)` does: it is the same model."""
+    mujoco = pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)  # where it leaves its log
+    assert exported(FALLS, "mujoco", tmp_path) == 0
+    assert "mass = consistent" in capsys.readouterr().err
+    told = json.loads((tmp_path / "out" / "exam.json").read_text())["models"]["theirs"]
+    assert (told["step"], told["steps"]) == (5e-4, 40)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "theirs" / "model.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, told["steps"])
+    mujoco.mj_kinematics(model, data)
+    theirs = softmark.loads(FALLS).run(models="theirs").models["theirs"]
+    mesh = theirs.mesh
+    moved = data.xpos[1:] - mesh.points
+    assert np.abs(mesh.displacement).max() > 1e-4
+    assert moved == pytest.approx(mesh.displacement, abs=1e-12)
+
+
+@pytest.mark.slow
+def test_a_deck_of_polyfem_goes_out_of_a_scene(tmp_path: Path) -> None:
+    """Quadratic cells as corners and their order; each pressure as tractions, where facets keep their direction."""
+    squeezed = bar("tet10") + "load press = pressure(bar, where = z >= 10 mm, magnitude = 20 Pa)\n"
+    whole = "\n".join(line for line in squeezed.splitlines() if not line.startswith(("load side", "support edge")))
+    assert exported(whole, "polyfem", tmp_path, "--model", "small") == 0
+    deck = json.loads((tmp_path / "out" / "small" / "model.json").read_text())
+    assert deck["space"] == {"discr_order": 2}
+    assert [own["id"] for own in deck["materials"]] == [1, 2]
+    tractions = sorted(own["value"] for own in deck["boundary_conditions"]["neumann_boundary"])
+    assert tractions == [pytest.approx([0.0, 0.0, -20.0]), pytest.approx([0.0, 20.0, 5.0])]
+    assert "tetra" in meshio.read(tmp_path / "out" / "small" / "mesh.msh").cells_dict

@@ -261,9 +261,14 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) 
     """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
     if reasons := model.reasons(case):
         return Unbuilt(model.words_of(reasons), "unsupported")
-    solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
     if isinstance(case.analysis, Dynamic):
-        masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
-        motion = motion_of(model, case.analysis, masses)
-        return cast(Prepared, PreparedMoving(model, declared, case, solid, motion))
+        return cast(Prepared, moving(model, declared, case, workshop))
+    solid, _ = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
     return cast(Prepared, PreparedOutside(model, declared, case, solid))
+
+
+def moving(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> PreparedMoving:
+    """A body in motion, to be told: its case has a dynamic analysis. Raises Fault."""
+    solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
+    return PreparedMoving(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))

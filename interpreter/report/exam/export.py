@@ -31,7 +31,7 @@ from softmark.interpreter.models.outside.telling import (
 from softmark.interpreter.models.outside.words import Outside
 from softmark.interpreter.models.prepare import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import Fault, case_for
+from softmark.interpreter.problem.case import Case, Fault, case_for
 from softmark.interpreter.report.exam import readme, sheet
 from softmark.interpreter.results import files
 from softmark.interpreter.run.options import Options
@@ -100,16 +100,40 @@ def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
         declared = _ours(own.declared[name])
         case = case_for(own, declared)
+        if FORMATS[to].moves:
+            each.append(_moving(own.declared[name], case, workshop))
+            continue
         if found := (reasons_of_mesh if alone else reasons)(declared.thing, case):  # before anything is built
             raise Untold(found)
         prepared: Any = prepared_model(declared, case, workshop)[0]
         each.append((told(prepared, case, alone), named_of(prepared, case)))
-    if found := form(to).refuses(each[-1][0]):
+    found = form(to).refuses(each[-1][0])
+    if not found and FORMATS[to].by_name:
+        found = form(to).lost(*each[-1])
+    if found:
         raise Untold(found)
     shares = _shares([problem for problem, _ in each])
     if shares is None:
         return each
     return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
+
+
+def _moving(declared: Declared, case: Case, workshop: Workshop) -> tuple[Problem, Named]:
+    """A motion, as the program is told that knows no state of rest; its steps are the model's. Raises Untold, Fault."""
+    from softmark.interpreter.models.outside import build
+
+    model = _ours(declared).thing
+    if found := reasons(model, case, moves=True):
+        raise Untold(found)
+    if model.mass != "lumped":
+        raise Untold([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
+    theirs = declared.thing
+    if not isinstance(theirs, Outside) or not theirs.told.moves:
+        theirs = Outside("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
+    if found := list(theirs.of_steps(case)):
+        raise Untold(found)
+    prepared: Any = build.moving(theirs, declared, case, workshop)
+    return prepared.asked(), named_of(prepared.solid, case)
 
 
 def _followed(scene: Scene, name: str) -> Iterator[Reason]:
@@ -143,7 +167,8 @@ def _kept(name: str, each: Told, to: str, folder: Path, written: list[str]) -> d
         own += [(place / file).as_posix() for file in form(to).export(problem, named, folder / place)]
     written += own
     problem, named = each[-1]
-    return {
+    motion = {} if problem.motion is None else {"step": problem.motion.step, "steps": problem.motion.count}
+    return motion | {
         "files": own,
         "element": problem.element,
         "strain": problem.strain,

@@ -41,4 +41,6 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
 def _model(name: str, own: Mapping[str, Any]) -> str:
     """`linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
     parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} parts of the load in turn"
+    if "steps" in own:
+        parts += f", {own['steps']} steps of {own['step']:g} s, which are the program's own"
     return f"{name}: {', '.join(own['files'])} ({own['element']}, {own['strain']} strain, {own['nodes']} nodes{parts})"

@@ -29,6 +29,8 @@ class Program:
     elements: tuple[str, ...]
     laws: Mapping[str, tuple[str, ...]]  # of each strain
     several: bool = True  # materials in one body
+    stretches: bool = True  # of a rod: whether its length may change
+    order: int = 1  # of a rod, in the length of its segments
     moves: str = ""  # of one that steps through time, and knows no state of rest: what it computes, in words
 
 
@@ -73,7 +75,16 @@ PROGRAMS: Mapping[str, Program] = {
 }
 
 
-RODS: Mapping[str, Program] = {  # of `outside_rod(...)`
+RODS: Mapping[str, Program] = {  # of `outside_rod(...)`; a word of both is one module
+    "mujoco": Program(
+        "MuJoCo",
+        (),
+        {},
+        several=False,
+        stretches=False,
+        order=2,
+        moves="a discrete elastic rod that neither stretches nor shears, masses at nodes, one linear solve a step",
+    ),
     "pyelastica": Program(
         "PyElastica",
         (),
@@ -87,8 +98,8 @@ PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their wor
 
 
 def program(name: str) -> Program:
-    """What is known of a program. Raises KeyError for one that is in no table."""
-    return PROGRAMS.get(name) or RODS.get(name) or PLUGGED[name][0]
+    """What is known of a program of `outside(...)`. Raises KeyError for one that is in no table."""
+    return PROGRAMS.get(name) or PLUGGED[name][0]
 
 
 def adapter(name: str) -> Any:

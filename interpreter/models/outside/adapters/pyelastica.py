@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.outside.adapters import packaged
+from softmark.interpreter.models.outside.adapters.rods import halfway, must_be_worked_for
 from softmark.interpreter.models.outside.problem import Answer, Floats, NoAnswer, NotSettled, Problem
 
 PACKAGE = packaged.Package(
@@ -23,9 +24,6 @@ PACKAGE = packaged.Package(
 )
 install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, PACKAGE.refuses
 write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
-
-
-MADE = 0.05  # of the largest work of the loads: energy beyond that work
 
 
 def solved(problem: Problem) -> Answer:
@@ -72,20 +70,6 @@ def energy(rod: Any) -> float:
     bend = np.einsum("in,ijn,jn,n->n", bending, rod.bend_matrix, bending, rod.rest_voronoi_lengths)
     thin, thinner = np.maximum(rod.dilatation, 1.0), np.maximum(rod.voronoi_dilatation, 1.0)
     return float(motion + 0.5 * (shear / thin).sum() + 0.5 * (bend / thinner**3).sum())
-
-
-def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
-    """A rod from rest under dead loads has no more energy (t,) than these have done `work` (t,), J. Raises NotSettled.
-
-    Steps that are too long make more long before its numbers overflow; those that are short enough, up to MADE of it.
-    """
-    most = float(np.abs(work).max())
-    made = float((energies - work).max())
-    if not made <= MADE * most:
-        if most == 0.0:
-            raise NotSettled(f"it is unstable with steps of {step:g} s: nothing works, and the rod moves")
-        found = f"{made / most:.3g} times the work of its loads"
-        raise NotSettled(f"it is unstable: with steps of {step:g} s energy comes from nowhere, {found}")
 
 
 def imported() -> Any:
@@ -153,15 +137,8 @@ def rod_of(problem: Problem) -> Any:
 
 
 def sections(directors: Floats) -> Floats:
-    """Axes e1, e2, e3 as columns (n, 3, 3) at nodes: between two segments halfway, at an end those of the one there.
-
-    `directors` (3, 3, n - 1) have d1, d2, d3 as rows, which are e2, e3 and e1.
-    """
-    own = np.transpose(directors, (2, 1, 0))[:, :, [2, 0, 1]]
-    both = np.concatenate([own[:1], 0.5 * (own[:-1] + own[1:]), own[-1:]])
-    u, _, v = np.linalg.svd(both)  # the rotation nearest to a mean of two
-    found: Floats = u @ v
-    return found
+    """Axes of sections at nodes (n, 3, 3), of `directors` (3, 3, n - 1) with d1, d2, d3 as rows: e2, e3 and e1."""
+    return halfway(np.transpose(directors, (2, 1, 0))[:, :, [2, 0, 1]])
 
 
 if __name__ == "__main__":

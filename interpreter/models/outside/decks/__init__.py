@@ -1,6 +1,7 @@
 """Files that a model is exported as, a module each: `refuses(problem)` and `export(problem, named, folder)`.
 
-`refuses` says what of a problem has no words in the format, and why; `export` writes files and gives their names.
+`refuses` says what of a problem has no words in the format, and why; `export` writes files and gives their names. One
+that tells what acts on facets by a word for each load has `lost(problem, named)` besides, which says the same of those.
 To add a format: that file (of a program that is run too, its adapter), and a line here.
 """
 
@@ -14,12 +15,14 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Format:
-    """The module of a format, what it is, the unit of its lengths, and whether it has a mesh and no way to solve it."""
+    """The module of a format, what it is, and the unit of its lengths."""
 
     module: str
     what: str
     unit: str = "1m"
-    mesh: bool = False
+    mesh: bool = False  # and no way to solve it
+    moves: bool = False  # and no state of rest
+    by_name: bool = False  # whether its module has `lost`
 
 
 FORMATS: dict[str, Format] = {
@@ -27,6 +30,10 @@ FORMATS: dict[str, Format] = {
     "febio": Format("decks.febio", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm"),
     "gmsh": Format(
         "decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups", mesh=True
+    ),
+    "mujoco": Format("decks.mujoco", "a model that `simulate model.xml` shows in motion", moves=True),
+    "polyfem": Format(
+        "decks.polyfem", "a deck that `PolyFEM_bin --json model.json` runs; tested as text alone", by_name=True
     ),
     "sofa": Format("decks.sofa", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone"),
     "vtu": Format("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes", mesh=True),
