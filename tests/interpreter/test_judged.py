@@ -150,6 +150,22 @@ def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys
     assert main(["judge", str(scene), str(file), "--as", "a", "--as", "b"]) == 2
 
 
+def test_a_model_that_it_is_held_against_is_computed_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As the reason of a metric without a value advises: `--model sofa --model own`, which counts nothing twice."""
+    scene, file = tmp_path / "block.scene", written(tmp_path / "a.vtu")
+    scene.write_text(f"""{SCENE}model own = fem(hex8, size = 20 mm, strain = small)
+        metric apart = max_error(axis, against = own)
+    """, encoding="utf-8")  # fmt: skip
+    command = ["judge", str(scene), str(file), "--unit", "1mm", "--as", "sofa", "--json", "-"]
+    assert main(command) == 0
+    alone = json.loads(capsys.readouterr().out)["models"]["sofa"]["metrics"]["apart"]
+    assert "`--model sofa --model own`" in alone["reason"]
+    assert main([*command, "--model", "sofa", "--model", "own"]) == 0
+    known = json.loads(capsys.readouterr().out)["models"]
+    assert sorted(known) == ["own", "sofa"]
+    assert known["sofa"]["metrics"]["apart"]["value"] > 0
+
+
 @pytest.mark.slow
 def test_what_our_own_report_wrote_is_judged_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Displacements are written as doubles: every metric of displacements is the same to their last digits."""
