@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("lsprotocol")
 
 from lsprotocol import types
-from pygls.protocol import json_rpc
 from marked import Marked, after, marked, whole
+from pygls.protocol import json_rpc
 
 from softmark.interpreter.editor import colouring, fixing, formatting, lenses, outline
 from softmark.interpreter.editor.refused import Refused, quietly

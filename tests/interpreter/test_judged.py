@@ -109,6 +109,18 @@ def test_points_alone_are_read_between_them(tmp_path: Path) -> None:
     np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-9)
 
 
+def test_a_table_at_the_points_of_a_probe_is_enough_and_tells_nothing_beside_them(tmp_path: Path) -> None:
+    points = np.array([[37.0, 11.0, 17.0], *([5.0 * i, 10.0, 10.0] for i in range(9))])[[3, 1, 0, 2, 4, 5, 6, 7, 8, 9]]
+    for name, rows in (("all", points), ("end", points[2:3])):
+        told = np.column_stack([rows, rows @ A.T + B])
+        np.savetxt(tmp_path / name, told, delimiter=",", header="x,y,z,ux,uy,uz", comments="", fmt="%.17g")
+        (tmp_path / name).rename(tmp_path / f"{name}.csv")
+    model = judged(f'results("{tmp_path / "all.csv"}", unit = 1 mm)')
+    np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-12)
+    with pytest.raises(SceneError, match=r"E701.*its points span no volume, and a probe looks .* mm beside them"):
+        judged(f'results("{tmp_path / "end.csv"}", unit = 1 mm)')
+
+
 @pytest.mark.slow
 def test_a_motion_is_that_of_the_series(tmp_path: Path) -> None:
     more = "analysis fall = dynamic(duration = 250 ms, step = 10 ms, integrator = newmark)\n"

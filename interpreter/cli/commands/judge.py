@@ -36,7 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     for name, (meaning, _) in FIELDS.items():
         parser.add_argument(f"--{name}", metavar=name.upper(), default="1 m" if name == "unit" else None, help=meaning)
     parser.add_argument("--model", action="append", default=[], metavar="NAME",
-                        help="a model of the scene that is computed too, such as one that a metric is held against")  # fmt: skip
+                        help="a model of the scene to compute too, as one that a metric is held against")  # fmt: skip
     override_option(parser)
     plugin_option(parser)
     parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")

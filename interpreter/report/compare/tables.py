@@ -241,7 +241,11 @@ def orders(view: SceneView) -> str:
     entries = view.analysis.orders
     if not entries:
         return ""
-    head = [heading("Line"), heading("Probe or metric"), *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)"))]
+    head = [
+        heading("Line"),
+        heading("Probe or metric"),
+        *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)")),
+    ]
     head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
     rows = [r for entry in entries for r in _order(view, entry)]
     caption = (
