@@ -23,7 +23,7 @@ from softmark import __version__
 from softmark.interpreter.editor import colouring, fixing
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.opened import Opened
-from softmark.interpreter.editor.refused import Refused
+from softmark.interpreter.editor.refused import Refused, quietly
 from softmark.scenes import ROOT
 
 LATER = (50_000, 20, 20)  # when Python looks for unused cycles: a state of a text is some ten thousand objects
@@ -130,6 +130,7 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO) -> int:
     Returns the exit status of the protocol: 0 if the editor has asked for the end before, else 1.
     """
     gc.set_threshold(*LATER)
+    quietly()
     server = Server()
     server.opened.checks.warm(_first)
     server.start_io(incoming, outgoing)  # which keeps the status to itself

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.front.overlapping import overlapping
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
@@ -107,10 +108,10 @@ def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
         yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, and {problem}", what,
                          "what presses is found by how a body deforms: rigid bodies do not meet")  # fmt: skip
     elif not first.thing.shape.fault and not second.thing.shape.fault:
-        yield from _apart(contact, first, second)
+        yield from _apart(scene, contact, first, second)
 
 
-def _apart(contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
+def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
     """That the rigid body has a gap function, that fits the plane, and that it is not inside the other."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, Round) and shape.kept):
@@ -138,6 +139,8 @@ def _apart(contact: Declared, first: Declared, second: Declared) -> Iterator[Dia
                          "of that", "inside from the start", "move it out, so that it touches at most, and let a "
                          "support bring it: `displaced(..., by = ...)`; an inclusion is a `region` with a material of "
                          "its own")  # fmt: skip
+    elif not (second.thing.shape.prebuilt or second.thing.shape.enclosed):
+        yield from overlapping(scene, contact, first, second)
 
 
 def _holds(shape: Shape, point: Vector3) -> bool:

@@ -11,9 +11,10 @@ pytest.importorskip("lsprotocol")
 
 from lsprotocol import types
 from marked import Marked, after, marked, whole
+from pygls.protocol import json_rpc
 
 from softmark.interpreter.editor import colouring, fixing, formatting, lenses, outline
-from softmark.interpreter.editor.refused import Refused
+from softmark.interpreter.editor.refused import Refused, quietly
 
 pytestmark = pytest.mark.slow
 
@@ -96,6 +97,17 @@ def test_a_text_is_given_its_canonical_form_and_left_alone_where_it_cannot_be_re
     assert formatting.formatted(marked(after(own.document, edits), tmp_path).document, NOTHING) == []
     with pytest.raises(Refused, match="left as it is: line 2 cannot be read, E104"):
         formatting.formatted(marked("param a=1 mm\nparam b = (1\n", tmp_path).document, NOTHING)
+
+
+def test_a_refusal_leaves_no_traceback_in_an_editor_s_panel_and_a_fault_does(caplog: pytest.LogCaptureFixture) -> None:
+    quietly()
+    quietly()  # of two servers in a process
+    for problem in (Refused("left as it is"), ValueError("a fault")):
+        try:
+            raise problem
+        except Exception:
+            json_rpc.logger.exception("Exception occurred")  # as pygls does of both
+    assert [r.exc_info[0] for r in caplog.records if r.exc_info] == [ValueError]
 
 
 def quick(own: Marked, only: list[str] | None = None) -> list[types.CodeAction]:

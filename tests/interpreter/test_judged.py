@@ -109,6 +109,18 @@ def test_points_alone_are_read_between_them(tmp_path: Path) -> None:
     np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-9)
 
 
+def test_a_table_at_the_points_of_a_probe_is_enough_and_tells_nothing_beside_them(tmp_path: Path) -> None:
+    points = np.array([[37.0, 11.0, 17.0], *([5.0 * i, 10.0, 10.0] for i in range(9))])[[3, 1, 0, 2, 4, 5, 6, 7, 8, 9]]
+    for name, rows in (("all", points), ("end", points[2:3])):
+        told = np.column_stack([rows, rows @ A.T + B])
+        np.savetxt(tmp_path / name, told, delimiter=",", header="x,y,z,ux,uy,uz", comments="", fmt="%.17g")
+        (tmp_path / name).rename(tmp_path / f"{name}.csv")
+    model = judged(f'results("{tmp_path / "all.csv"}", unit = 1 mm)')
+    np.testing.assert_allclose(measured(model), [END[0], -END[2]], rtol=1e-12)
+    with pytest.raises(SceneError, match=r"E701.*its points span no volume, and a probe looks .* mm beside them"):
+        judged(f'results("{tmp_path / "end.csv"}", unit = 1 mm)')
+
+
 @pytest.mark.slow
 def test_a_motion_is_that_of_the_series(tmp_path: Path) -> None:
     more = "analysis fall = dynamic(duration = 250 ms, step = 10 ms, integrator = newmark)\n"
@@ -148,6 +160,22 @@ def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys
     assert main(["judge", str(scene), str(file)]) == 2
     assert "`unit = 1 mm`" in capsys.readouterr().err
     assert main(["judge", str(scene), str(file), "--as", "a", "--as", "b"]) == 2
+
+
+def test_a_model_that_it_is_held_against_is_computed_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As the reason of a metric without a value advises: `--model sofa --model own`, which counts nothing twice."""
+    scene, file = tmp_path / "block.scene", written(tmp_path / "a.vtu")
+    scene.write_text(f"""{SCENE}model own = fem(hex8, size = 20 mm, strain = small)
+        metric apart = max_error(axis, against = own)
+    """, encoding="utf-8")  # fmt: skip
+    command = ["judge", str(scene), str(file), "--unit", "1mm", "--as", "sofa", "--json", "-"]
+    assert main(command) == 0
+    alone = json.loads(capsys.readouterr().out)["models"]["sofa"]["metrics"]["apart"]
+    assert "`--model sofa --model own`" in alone["reason"]
+    assert main([*command, "--model", "sofa", "--model", "own"]) == 0
+    known = json.loads(capsys.readouterr().out)["models"]
+    assert sorted(known) == ["own", "sofa"]
+    assert known["sofa"]["metrics"]["apart"]["value"] > 0
 
 
 @pytest.mark.slow

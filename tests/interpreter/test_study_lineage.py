@@ -17,6 +17,7 @@ from softmark.interpreter.study.analysis import lineage
 from softmark.interpreter.study.analysis.lineage import Refinement, refinement_of
 from softmark.interpreter.study.analysis.lines import RefinementLine
 from softmark.interpreter.study.analysis.point import ComparedPoint
+from softmark.interpreter.study.expansion.outcome import PointError
 from softmark.interpreter.study.expansion.resolution import resolution_of
 from softmark.references.orders import refined, unlike
 
@@ -125,6 +126,28 @@ def test_meshes_that_are_not_similar_put_an_order_in_doubt() -> None:
     assert found["asymptotic"] is False
     assert "cells shrink 1.67 times in one direction and 2 times in another" in found["doubt"]
     assert unlike([[2, 2, 6], [4, 4, 12], [8, 8, 24]]) is None
+
+
+def forces(p: float) -> RefinementLine:
+    """Members that share no probe: a force whose error is 3 h^p, against a measured one."""
+    made = []
+    for point in line(2.0, 2).members:
+        error = PointError(3 * point.numbers["h"] ** p + (0.1 if p else point.numbers["h"] % 0.03), "N", "scale")
+        made.append(replace(point, probes={}, errors={"push": error}))
+    return RefinementLine("s", "m", "refine", "h", (), tuple(made))
+
+
+def test_where_forces_are_measured_they_say_whether_a_line_settles() -> None:
+    found = lineage.orders_of(forces(2.0), ["push"], forces(2.0).members)
+    assert found is not None
+    assert found.doubt_of("push") is None
+    (limit,) = found.to_json()["limits"]
+    assert (limit["metric"], limit["unit"], limit["order"]) == ("push", "N", pytest.approx(2.0))
+    assert limit["value"] == pytest.approx(0.1)
+    wild = lineage.orders_of(forces(0.0), ["push"], forces(0.0).members)
+    assert wild is not None
+    assert str(wild.doubt_of("push")).startswith("of `push` itself: ")
+    assert "probe" not in str(wild.doubt)
 
 
 # ------------------------------------------------------------------ what a scene declares

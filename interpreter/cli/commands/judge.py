@@ -26,7 +26,7 @@ FIELDS = {  # of `results(...)`, by option: what is written there, and whether i
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """SCENE RESULT... [--as NAME]... [--unit U] [--at NAME] [--out DIR] [--json FILE|-]"""
+    """SCENE RESULT... [--as NAME]... [--unit U] [--at NAME] [--model NAME]... [--out DIR] [--json FILE|-]"""
     parser.add_argument("file", metavar="SCENE", help="a scene file, a standard scene, or - for standard input")
     parser.add_argument(
         "results", metavar="RESULT", nargs="+", help="a file: .vtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"
@@ -35,6 +35,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         help="what it is called, one for each in their order (default: by its file)")  # fmt: skip
     for name, (meaning, _) in FIELDS.items():
         parser.add_argument(f"--{name}", metavar=name.upper(), default="1 m" if name == "unit" else None, help=meaning)
+    parser.add_argument("--model", action="append", default=[], metavar="NAME",
+                        help="a model of the scene to compute too, as one that a metric is held against")  # fmt: skip
     override_option(parser)
     plugin_option(parser)
     parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
@@ -50,7 +52,8 @@ def run(parsed: argparse.Namespace) -> int:
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
     names += [_named(path, names) for path in parsed.results[len(names) :]]
-    parsed.model, parsed.vtu, parsed.stated, parsed.repeat = names, False, False, 1
+    parsed.model = list(dict.fromkeys([*names, *parsed.model]))
+    parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
         parsed.out = f"{Path(parsed.file).stem or 'scene'}-judged"
     return running.run(parsed, lambda: _with(parsed, names))

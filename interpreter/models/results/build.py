@@ -76,8 +76,12 @@ class PreparedResults(Meshless):
         return []
 
     def outside(self, X: Floats) -> float:
-        """How far the farthest of points X (n, 3), m, lies outside, where that is more than it may."""
+        """How far the farthest of points X (n, 3), m, lies outside, where that is more than it may. Raises Fault where
+        it is known at its points alone and X are others."""
         far = float(self.found.outside(X).max(initial=0.0))
+        if far > 0.0 and not self.found.spans:
+            beside = f"its points span no volume, and a probe looks {units.show(far, units.LENGTH)} beside them"
+            raise _unusable(self.declared, Unmatched(beside, "write a row for each point of a probe, or a mesh"))
         return far if far > _within(self.declared.thing, self.case) else 0.0
 
     def solve(self, watch: Watch) -> Solution:
@@ -221,10 +225,14 @@ def _fits(
 
 
 def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
-    """How far the surface of the body (n, 3), m, lies outside, and the file's points beyond what it spans, m."""
+    """How far the surface of the body (n, 3), m, lies outside, and the file's points beyond what it spans, m.
+
+    A table along a line or on a surface covers no body, and must not: its probes are looked at where they lie.
+    """
     low, high = body.min(axis=0), body.max(axis=0)
     beyond = float(np.maximum(low - found.X, found.X - high).max())
-    return float(found.outside(body).max(initial=0.0)), max(0.0, beyond)
+    far = float(found.outside(body).max(initial=0.0)) if found.spans else 0.0
+    return far, max(0.0, beyond)
 
 
 def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:

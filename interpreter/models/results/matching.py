@@ -69,6 +69,8 @@ class Matched:
         if not len(beside):
             return which, share, np.zeros(len(X))
         outside = np.where(far > SAME * self.extent, far, 0.0)
+        if not self.spans:
+            return which, share, outside
         simplex = self._simplices.find_simplex(X[beside])
         within, simplex = beside[simplex >= 0], simplex[simplex >= 0]
         T = self._simplices.transform[simplex]
@@ -77,6 +79,15 @@ class Matched:
         share[within] = np.column_stack([first, 1.0 - first.sum(axis=1)])
         outside[within] = 0.0
         return which, share, outside
+
+    @cached_property
+    def spans(self) -> bool:
+        """Whether anything lies between its points: those of a table along a line or on a surface alone span nothing,
+        and are known at themselves."""
+        if self.mesh is not None:
+            return True
+        extents = np.linalg.svd(self.X - self.X.mean(axis=0), compute_uv=False)
+        return len(extents) == 3 and bool(extents[-1] > SAME * extents[0])
 
     @cached_property
     def _tree(self) -> Any:
@@ -92,8 +103,8 @@ class Matched:
         try:
             return Delaunay(self.X)
         except (QhullError, ValueError):
-            reason = "its points span no volume, and what is asked lies between them"
-            raise Unmatched(reason, "ask for displacements at its points alone, or give a file with cells") from None
+            reason = "its points span next to no volume, and nothing can be told between them"
+            raise Unmatched(reason, "give a file with cells, or a table at the points of the probes alone") from None
 
 
 def matched(told: Told, at: str, rest: Told | None, unit: float, time: float, nodes: Mesh | None) -> Matched:

@@ -10,7 +10,7 @@ from softmark.interpreter.report.page.markup import broken, count, prose, tag, t
 from softmark.interpreter.report.page.sheet import Cell, csv_link
 from softmark.interpreter.study.analysis.analysis import AtLevel
 from softmark.interpreter.study.analysis.front import Within
-from softmark.interpreter.study.analysis.lineage import LineOrders
+from softmark.interpreter.study.analysis.lineage import Limit, LineOrders
 from softmark.interpreter.study.analysis.pairs import ErrorChange, Lever
 from softmark.interpreter.study.analysis.point import ComparedPoint, Spread
 from softmark.references.orders import Refined
@@ -241,11 +241,16 @@ def orders(view: SceneView) -> str:
     entries = view.analysis.orders
     if not entries:
         return ""
-    head = [heading("Line"), heading("Probe"), *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)"))]
+    head = [
+        heading("Line"),
+        heading("Probe or metric"),
+        *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)")),
+    ]
     head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
     rows = [r for entry in entries for r in _order(view, entry)]
     caption = (
-        "Refinement. Finest: the largest displacement of the probe on the finest mesh; limit: where Richardson's "
+        "Refinement. Finest: the largest displacement of the probe on the finest mesh, or the value of a metric where "
+        "no probe is shared; limit: where Richardson's "
         "extrapolation puts it; ±: the grid convergence index, half a width about the finest value. Orders of errors: "
         "between the finest two, and by least squares over all. ‡: outside the asymptotic range, not to be relied upon."
     )
@@ -253,16 +258,15 @@ def orders(view: SceneView) -> str:
 
 
 def _order(view: SceneView, entry: LineOrders) -> list[str]:
-    """A row for each probe; the errors stand in the first."""
+    """A row for each probe, or metric; the errors stand in the first."""
     errors = [_error_order(entry, m) for m in view.metrics]
-    known: list[tuple[str, float | None, Refined]] = [(o.probe, o.finest, o.refined) for o in entry.limits]
-    known = known or [(DASH, None, Refined("unusable", entry.doubt))]
-    (first, *others) = ([_probe(name), *limit_cells(finest, found, "m")] for name, finest, found in known)
+    limits = entry.limits or [Limit(DASH, "metric", "", None, None, Refined("unusable", entry.doubt))]
+    (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)
     blank = [tag("td")] * len(errors)
     return [row(row_head(entry.line.name), *first, *errors), *(row(tag("td"), *o, *blank) for o in others)]
 
 
-def _probe(name: str) -> str:
+def _name(name: str) -> str:
     return tag("td", tag("code", broken(name)))
 
 

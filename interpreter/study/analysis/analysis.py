@@ -217,9 +217,9 @@ def _scene(
     metrics, lines = error_metrics(points), lines_of(points)
     judged = {m: judge(points, m, clock, terms.allow_contaminated) for m in metrics}
     orders = [found for line in lines if (found := orders_of(line, metrics, points)) is not None]
-    doubts = {key: found.doubt for found in orders if found.doubt for key in found.line.keys}
+    doubts = {m: {key: d for o in orders if (d := o.doubt_of(m)) for key in o.line.keys} for m in metrics}
     scale = displacement_scale(points, references)
-    questions = [_question(part, judged[m], points, scale, doubts) for m in metrics]
+    questions = [_question(part, judged[m], points, scale, doubts[m]) for m in metrics]
     return SceneAnalysis(
         scene=first.scene if first else part,
         problem=first.problem if first else {},

@@ -40,33 +40,50 @@ class ErrorTrend(Plain):
 
 
 @dataclass(frozen=True)
-class ProbeLimit(Plain):
-    """Where the displacement of a probe's point that moves furthest tends to as a line refines, m."""
+class Limit(Plain):
+    """Where something tends to as a line refines: the displacement of a probe's point that moves furthest, m; without
+    such probes, as where forces are measured, the value of a metric."""
 
-    probe: str
+    of: str
+    kind: str  # probe or metric
     what: str
-    finest: float
+    unit: str | None
+    finest: float | None
     refined: Refined
 
     def entries(self) -> Mapping[str, object]:
         """What is known of the limit beside the rest."""
-        return {"probe": self.probe, "what": self.what, "unit": "m", "finest": self.finest, **self.refined.to_json()}
+        own = {self.kind: self.of, "what": self.what, "unit": self.unit}
+        return {**own, "finest": self.finest, **self.refined.to_json()}
+
+    @property
+    def doubt(self) -> str | None:
+        """Why it is not to be relied upon, None where it is; of a metric with its name."""
+        if self.refined.asymptotic:
+            return None
+        why = str(self.refined.doubt or self.refined.reason)
+        return f"of `{self.of}` itself: {why}" if self.kind == "metric" else why
 
 
 @dataclass(frozen=True)
 class LineOrders(Plain):
-    """Orders of every error and limits of every probe along a line; `doubt` where they are not to be relied upon."""
+    """Orders of every error, and limits, along a line; `doubt` where they are not to be relied upon."""
 
     line: RefinementLine
     refinement: Refinement
     doubt: str | None
     errors: Mapping[str, ErrorTrend]
-    limits: list[ProbeLimit]
+    limits: list[Limit]
 
     @property
     def asymptotic(self) -> bool:
         """Whether they can be relied upon."""
         return self.doubt is None
+
+    def doubt_of(self, metric: str) -> str | None:
+        """The same of one metric: where no displacements are shared, its own values alone decide."""
+        own = [limit for limit in self.limits if limit.kind == "metric"]
+        return next((limit.doubt for limit in own if limit.of == metric), self.doubt)
 
     def entries(self) -> Mapping[str, object]:
         """With what the line is, and what it refines."""
@@ -84,8 +101,9 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
     if isinstance(found, str):
         return None
     limits = [_limit(found, probe) for probe in _shared([p for _, p in found.members])]
-    doubts = [str(own.doubt or own.reason) for limit in limits if not (own := limit.refined).asymptotic]
-    doubt = doubts[0] if doubts else None if limits else "no probe that all of its members have"
+    limits = limits or [own for m in metrics if (own := _tends(found, m)) is not None]
+    nothing = [] if limits else ["its members share neither a probe nor a metric"]
+    doubt = next(iter([*nothing, *(d for limit in limits if (d := limit.doubt) is not None)]), None)
     return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
 
 
@@ -139,7 +157,7 @@ def _shared(members: Sequence[ComparedPoint]) -> list[str]:
     return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]
 
 
-def _limit(line: Refinement, probe: str) -> ProbeLimit:
+def _limit(line: Refinement, probe: str) -> Limit:
     """Order, limit and grid convergence index of the displacement that is largest on the finest mesh."""
     finest = line.members[-1][1].probes[probe].displacement
     i, axis = max(
@@ -148,7 +166,16 @@ def _limit(line: Refinement, probe: str) -> ProbeLimit:
     )
     family = [(h, float(p.probes[probe].displacement[i][axis])) for h, p in line.members]
     what = f"displacement along {AXES[axis]} of the point that moves furthest"
-    return ProbeLimit(probe, what, family[-1][1], settled(line, family, line.formal))
+    return Limit(probe, "probe", what, "m", family[-1][1], settled(line, family, line.formal))
+
+
+def _tends(line: Refinement, metric: str) -> Limit | None:
+    """The same of a metric's value, None where only some have it; theory gives an order of displacements alone."""
+    family = [(h, float(v)) for h, p in line.members if (v := p.metric(metric).value) is not None]
+    if len(family) < len(line.members):
+        return None
+    unit = unit_of([p for _, p in line.members], metric)
+    return Limit(metric, "metric", "value", unit, family[-1][1], settled(line, family, None))
 
 
 def settled(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:
