@@ -39,7 +39,10 @@ class Outside(Asked):
     `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
     mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
     material. `scikit_fem` has all but hex20, and small strain alone; `ngsolve` has tet4 and tet10, and small strain
-    alone. All are told of bodies at rest, which supports hold at nodes, under loads that do not follow them.
+    alone. `dolfinx` has all but hex20; st_venant_kirchhoff, neo_hookean, neo_hookean_isochoric, stable_neo_hookean,
+    mooney_rivlin, yeoh, gent and fung; it is looked for in each `python3` on the PATH, or in the Python alone that the
+    variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms when it is set up. All are told of bodies at rest,
+    which supports hold at nodes, under loads that do not follow them.
 
     `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
     strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.

@@ -43,6 +43,11 @@ PROGRAMS: Mapping[str, Program] = {
         ("tet4", "tet10", "hex8", "hex20"),
         {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean_isochoric", "mooney_rivlin", "yeoh")},
     ),
+    "dolfinx": Program(
+        "DOLFINx",
+        ("tet4", "tet10", "hex8", "hex27"),
+        {"small": _SMALL, "finite": (*_MODULI, "stable_neo_hookean", "gent", "fung")},
+    ),
     "felupe": Program(
         "FElupe",
         ("tet4", "tet10", "hex8", "hex20", "hex27"),
