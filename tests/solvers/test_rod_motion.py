@@ -360,6 +360,7 @@ def test_momenta_of_a_free_rod_that_spins_and_bends(name: str) -> None:
     assert np.ptp(energy) < (0.1 if name in ("implicit_euler", "bdf2") else 0.01) * energy[0]
 
 
+@pytest.mark.slow
 def test_free_sections_spin_as_euler_says_and_keep_their_energy() -> None:
     """Two sections without a rod between them, three different moments of inertia: angular momentum and energy to
     rounding over 20 turns by midpoint, rotations that stay rotations, and Euler's equations by DOP853 to O(h^2):

@@ -162,7 +162,8 @@ def test_what_a_step_makes_of_friction(law: Maker, elastic: Energies) -> None:
     assert stiff.spring == 8.0 * contact.spring
 
 
-@pytest.mark.parametrize("name", ["generalized_alpha", pytest.param("newmark", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["generalized_alpha", "newmark"])
 def test_damping_does_not_drive_what_lies_still(name: str, law: Maker, elastic: Energies) -> None:
     """A damped block comes to rest on a plane, and under its weight: to 1 % of its force from step to step.
 
