@@ -51,6 +51,10 @@ def run(parsed: argparse.Namespace) -> int:
     if unknown := _unknown(parsed.also):
         print(visible(unknown), file=sys.stderr)
         return 2
+    if parsed.also and "-" in parsed.files:
+        print("error: --also adds lines to a scene in a file, and standard input is read once: give it a file",
+              file=sys.stderr)  # fmt: skip
+        return 2
     read = _read(parsed.files or [STANDARD], parsed.also)
     if read is None:
         return 2

@@ -27,7 +27,7 @@ def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[
     from softmark.interpreter.front.load import checked
 
     scene, diagnostics = load(name)
-    if scene is None or not programs or name == "-":
+    if scene is None or not programs:
         return scene, diagnostics
     try:
         source, folder, file = read_scene(name)

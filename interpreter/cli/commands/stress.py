@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.cli.commands.options import folder as folder_name
 from softmark.interpreter.cli.commands.options import scene_options
 from softmark.interpreter.cli.commands.study_options import (
@@ -69,6 +70,9 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
         show(diagnostics)
         return 2
     warn(concerning(scene, tuple(parsed.model), diagnostics))
+    for name, model in scene.of_kind("model").items():
+        if model.thing.unwalked and (not parsed.model or name in parsed.model):
+            print(visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
     subject = subject_of(scene)
     folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
     work = lambda: _stressed(subject, _request(parsed, folder, progress))  # noqa: E731

@@ -54,6 +54,7 @@ class PreparedOutside:
     case: Case
     solid: PreparedSolid
     lost: ClassVar[Status] = "not_converged"  # where the program says itself that it found nothing
+    unsettled: ClassVar[str] = "{title} says so itself: {why}"
 
     @property
     def size(self) -> Mapping[str, int]:
@@ -133,7 +134,7 @@ class PreparedOutside:
             answer = program.read(folder)
             u = self.looked_at(answer, problem)
         except NotSettled as why:
-            return Solution(self.lost, f"{model.told.title} says so itself: {why}", known)
+            return Solution(self.lost, self.unsettled.format(title=model.told.title, why=why), known)
         except NoAnswer as none:
             words = f"; {end.words}" if end.last else ""
             return Solution("failed", f"{model.told.title}: {none}{words}", known)
@@ -200,6 +201,7 @@ class PreparedMoving(PreparedOutside):
 
     motion: Motion
     lost: ClassVar[Status] = "diverged"
+    unsettled: ClassVar[str] = "what {title} makes is no motion of the body: {why}; give it a shorter `step`"
 
     @property
     def assembly(self) -> Any:

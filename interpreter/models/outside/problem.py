@@ -19,7 +19,7 @@ class NoAnswer(Exception):
 
 
 class NotSettled(NoAnswer):
-    """Why a program says itself that it has not converged."""
+    """Why a program has not converged, as it says itself, or why its motion is none: a sentence for users."""
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,8 @@ def of_motion(case: Case) -> Iterator[Reason]:
     """What of a motion has no words: one that does not begin at rest, or loads and supports that change."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
-        yield f"the {type(analysis).__name__.lower()} analysis", _NO_REST
+        rest = "static" if isinstance(analysis, Static) else "quasistatic"  # of one of its states too
+        yield f"the {rest} analysis", _NO_REST
         return
     for name in ("velocity", "spin"):
         if any(getattr(analysis, name)):

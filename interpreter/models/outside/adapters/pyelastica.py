@@ -47,7 +47,7 @@ def solved(problem: Problem) -> Answer:
         with np.errstate(all="ignore"):
             now = stepper.step(simulator, now, dt)
         steps[n] = time.perf_counter() - before
-        if not np.all(np.isfinite(rod.position_collection)):
+        if not (np.all(np.isfinite(rod.position_collection)) and np.all(np.isfinite(rod.director_collection))):
             raise NotSettled(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
         if n + 1 in wanted:
             u[wanted[n + 1]] = rod.position_collection.T - problem.points

@@ -26,6 +26,9 @@ else:
     Word = Literal[tuple(RODS)]
 
 _NODAL = "loads are told as dead forces on its nodes"
+# a h of a step h: what drifts under a force is too slow by 1 - a h / (exp(a h) - 1), and that is 5 % here; beyond, it
+# calms steps too long to be stable as well, and a wrong motion would look like one that is damped
+MOST_DAMPED = 0.1
 
 
 @dataclass(frozen=True)
@@ -44,13 +47,15 @@ class OutsideRod(Asked):
     linear system each, so that they may be longer: 0.8 to 1.2 % with steps of 1 ms. It is held at one end, or at none.
 
     `pyelastica` steps explicitly, by a position Verlet scheme, and takes dynamic analyses alone: give it a `step` that
-    waves do not cross a segment in, or it is `diverged`. Directions of sections are those of its segments, so that a
-    clamp holds half a segment and answers are of first order in the length of one. Its law is that of volume kept:
-    sections that are stretched grow thin.
+    waves do not cross a segment in, or it is `diverged`. `damping_mass` takes exp(-a step) of all velocities after each
+    step, which is too much where a step is long beside 1/a: beyond a twentieth too much it is not asked. Directions of
+    sections are those of its segments, so that a clamp holds half a segment and answers are of first order in the
+    length of one. Its law is that of volume kept: sections that are stretched grow thin.
 
     What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
     and W710 when the scene is checked. Where it is not installed it is `skipped`. A motion is not put into our
-    equations, which is unchecked: theories and other models judge it.
+    equations, which is unchecked, and it states no error, neither of its steps nor of its segments: theories and other
+    models judge it. `dsl stress`, which holds models against what they state, leaves it out.
     """
 
     recovers = False
@@ -89,8 +94,15 @@ class OutsideRod(Asked):
         if not isinstance(case.prism, Prism) or case.prism.tapered:
             yield "the body", "a rod is told by one section along a straight axis"
         yield from of_body(case)
-        if isinstance(case.analysis, Dynamic) and case.analysis.damping_stiffness:
+        if not isinstance(case.analysis, Dynamic):
+            return
+        if case.analysis.damping_stiffness:
             yield "damping_stiffness", "its damping is by velocities alone"
+        shrinks = case.analysis.damping_mass * (self.step or case.analysis.step)
+        if shrinks > MOST_DAMPED:
+            least = f"{MOST_DAMPED / case.analysis.damping_mass:.3g} s"
+            why = f"it takes too much of a velocity in so long a step: give it a `step` of {least} or less"
+            yield "damping_mass", why
 
     def _of_loads(self, case: Case) -> Iterator[Reason]:
         from softmark.interpreter.models.beam.words import station
