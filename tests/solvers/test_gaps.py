@@ -199,6 +199,17 @@ def test_values_by_hand() -> None:
     assert punch.gap(np.array([[1.0 + 0.3, 0.0, 0.1 - 0.4]]))[0] == pytest.approx(math.hypot(0.4, 0.4) - 0.1)
 
 
+def test_a_rounding_begins_at_its_first_nanometre() -> None:
+    """Past the flat of a punch its normal leans with the first digit: it stood upright for 1e-6 of the radius."""
+    own = gap_of(Punch(5.0, 1.0, 10.0))
+    assert own is not None
+    past = np.array([1e-8, 1e-7, 1e-6, 1e-5])
+    X = np.stack([4.0 + past, 0.0 * past, 0.0 * past - 0.1], axis=1)
+    _, n, H = own.look(X)
+    np.testing.assert_allclose(n[:, 0], past / 1.1, rtol=1e-6)  # digits of 4.0, over 1e-8
+    np.testing.assert_allclose(H[:, 0, 0], 1.0 / 1.1, rtol=1e-6)
+
+
 @pytest.mark.parametrize("kind", ALL)
 def test_edges_tips_axes_and_middles_have_finite_values(kind: str) -> None:
     """Where there is no gradient, one of those next to it; points lie on corners exactly."""

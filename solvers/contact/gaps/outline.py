@@ -83,7 +83,8 @@ class Outline:
         d = np.linalg.norm(off, axis=1)
         corner = (t <= 0.0) | (t >= 1.0)
         straight = np.einsum("ni,ni->n", off, s.normal[side])
-        corner &= np.abs(d - np.abs(straight)) > NONE * d  # else it is straight above the end of a side
+        beside = np.linalg.norm(off - straight[:, None] * s.normal[side], axis=1)  # d - |straight| has half its digits
+        corner &= beside > NONE * d  # else it is straight above the end of a side
         pseudo = np.where(corner[:, None], pseudo, s.normal[side])
         sign = np.where(np.einsum("ni,ni->n", off, pseudo) < 0.0, -1.0, 1.0)
         return np.where(corner, sign * d, straight), off, d, pseudo, corner
