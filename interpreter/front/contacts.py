@@ -11,6 +11,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
+from softmark.interpreter.problem.beside import beside_plane
 from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.loads import PointForce, Torque
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Turned
@@ -128,12 +129,8 @@ def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -
         yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
                          f" does: its middle is {units.show(off, units.LENGTH)} from it", "beside the axis",
                          "put it on the y axis, or press a `solid`")  # fmt: skip
-    elif second.thing.planar and not low[2] < 0.0 < high[2]:
-        ends = f"{units.show(low[2], units.LENGTH)} to {units.show(high[2], units.LENGTH)}"
-        yield diagnostic("E659", first.at("shape"), f"the plane of `{second.name}`, z = 0, does not go through"
-                         f" `{first.name}`, which is at z from {ends}", "beside the plane",
-                         "what presses on a body in the plane is its section at z = 0: let it lie on both sides of"
-                         " that, by an `origin` below it")  # fmt: skip
+    elif missed := beside_plane(first, second, low[2], high[2]):
+        yield missed
     elif shape.contains((x, y, z)) and _holds(second.thing.shape, (x, y, z)):
         yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "
                          "of that", "inside from the start", "move it out, so that it touches at most, and let a "

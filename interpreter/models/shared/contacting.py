@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.problem.case import Case, Touch, fault
+from softmark.interpreter.problem.case import Case, Fault, Touch, fault
 from softmark.interpreter.problem.parts.surface import loaded
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier import Barrier
@@ -89,6 +89,7 @@ def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
+    _must_meet_the_plane(case, touch, gap)
     facets = _surface(case, touch, mesh)
     split = mesh.element.facet.triangles
     nodes, areas = node_areas(mesh.points, facets, split, case.depth)
@@ -146,6 +147,18 @@ def _finer(gap: Gap | None, longest: float) -> int:
 
     sharpest = np.inf if gap is None else gap.sharpest
     return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
+
+
+def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
+    """Raises Fault where a rigid body of a file lies beside the plane of the body: of others the check says so."""
+    points = getattr(gap, "points", None)
+    if points is None:
+        return
+    from softmark.interpreter.problem.beside import beside_plane
+
+    missed = beside_plane(touch.rigid, case.body, float(points[:, 2].min()), float(points[:, 2].max()))
+    if missed is not None:
+        raise Fault(missed)
 
 
 def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
