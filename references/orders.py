@@ -238,7 +238,8 @@ def unlike(counts: Sequence[Sequence[int]]) -> str | None:
         ratios = [b / a for a, b in zip(coarse, fine, strict=True)]
         if max(ratios) > (1 + SIMILAR) * min(ratios):
             least, most = f"{min(ratios):.3g} times in one direction", f"{max(ratios):.3g} times in another"
-            return f"the sizes do not divide the body evenly: cells shrink {least} and {most}: meshes are not similar"
+            row = " and ".join(" x ".join(f"{n:d}" for n in own) for own in (coarse, fine))
+            return f"the sizes do not divide the body alike, into {row} cells: they shrink {least} and {most}"
     return None
 
 

@@ -162,6 +162,7 @@ def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys
     assert main(["judge", str(scene), str(file), "--as", "a", "--as", "b"]) == 2
 
 
+@pytest.mark.slow
 def test_a_model_that_it_is_held_against_is_computed_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """As the reason of a metric without a value advises: `--model sofa --model own`, which counts nothing twice."""
     scene, file = tmp_path / "block.scene", written(tmp_path / "a.vtu")

@@ -360,6 +360,13 @@ def test_advice_says_what_is_wrong_with_its_winner() -> None:
     ]
 
 
+def test_where_the_reference_knows_less_than_the_levels_nobody_is_the_closest() -> None:
+    found = advice(uncertain([point("a", 2, 0.03), point("b", 1, 0.1), point("c", 3, 0.3)], 0.137))
+    assert "known to ± 13.7 % only, so no error of 10 % can be judged" in found["text"].replace("\u00a0", " ")
+    assert "within it are `b`, `a`, not told apart, of which `b` is the quickest" in found["text"]
+    assert "closest" not in found["text"]
+
+
 def test_advice_names_a_study_outside_the_asymptotic_range() -> None:
     # displacements 1, 2, 4 on ever finer meshes go nowhere; the errors are made up
     z = {0.1: 1.0, 0.05: 2.0, 0.025: 4.0}
@@ -386,6 +393,10 @@ def test_metrics_that_disagree_are_named() -> None:
     assert [(d["metrics"], d["discordant"], d["pairs"]) for d in found] == [(["e", "f"], 1, 1)]
     agreed = analyse([both("a", 0.1, 0.3), both("b", 0.2, 0.4)], {})["scenes"]["s"]["disagreements"]
     assert agreed == []
+    points = [both("a", 0.1, 0.4), both("b", 0.2, 0.3)]
+    for own in points:
+        own["errors"]["e"]["uncertainty"] = 0.5
+    assert analyse(points, {})["scenes"]["s"]["disagreements"] == []  # `e` cannot tell them apart
 
 
 def test_orders_follow_the_line() -> None:

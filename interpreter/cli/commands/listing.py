@@ -64,6 +64,7 @@ def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
         "published": "published",
         "study": "studies",
         "stiffness": "stiffnesses",
+        "fibres": "fibres",
     }
     found: dict[str, Callable[[], Rows]] = {
         plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]

@@ -12,6 +12,8 @@ from softmark.interpreter.study.analysis.front import DISTURBED, Candidate, Judg
 from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
 from softmark.records import dataclass
 
+NAMED = 6  # configurations that are named where they are not told apart
+
 
 @dataclass(frozen=True)
 class Question:
@@ -175,6 +177,8 @@ def _nearest(question: Question, candidates: Sequence[Candidate], level: float |
     ranked = sorted(candidates, key=_by_error)
     winner = ranked[0]
     other = next((c for c in ranked[1:] if c.model != winner.model), None)
+    if winner.within:
+        return _not_told_apart(question, [c for c in ranked if c.error == winner.error], other, level)
     lowest = f"no configuration gets to {question.amount(max(question.levels))}" if question.levels else ""
     begin = f"{lowest}; " if level is None and lowest else ""
     said = (
@@ -187,6 +191,26 @@ def _nearest(question: Question, candidates: Sequence[Candidate], level: float |
     elif other is not None:
         said += f"; the next model, `{other.label}`, has {question.error(other)} in {question.effort(other.effort)}"
     return Advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
+
+
+def _not_told_apart(
+    question: Question, alike: Sequence[Candidate], other: Candidate | None, level: float | None
+) -> Advice:
+    """The reference knows less than the errors that it finds: no level below that can be judged, nobody is closest."""
+    winner = alike[0]
+    several = len(alike) > 1
+    more = f" and {len(alike) - NAMED} more" if alike[NAMED:] else ""
+    named = ", ".join(f"`{c.label}`" for c in alike[:NAMED]) + more
+    lost = level is None and bool(question.levels)
+    blind = f", so no error of {question.amount(max(question.levels))} can be judged" if lost else ""
+    few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
+    said = (
+        f"`{question.metric}`{question.measured_from} is known to ± {question.amount(question.judged.uncertainty)} "
+        f"only{blind}; within it {'are' if several else 'is'} {named}"
+        + (f", not told apart, of which `{winner.label}` is the {few}" if several else "")
+        + f": {question.effort(winner.effort)}."
+    )
+    return Advice(question, said, winner, other, None, not several, _caveats(question, winner))
 
 
 def _caveats(question: Question, winner: Candidate) -> list[str]:
@@ -243,11 +267,11 @@ def disagreements(judged: Mapping[str, Judged]) -> list[Disagreement]:
         pairs = list(combinations(shared, 2))
         apart = sum(_sign(a, x, y) * _sign(b, x, y) < 0 for x, y in pairs)
         first, second = _closest(a, shared), _closest(b, shared)
-        if first is None or second is None or not apart or first.model == second.model:
+        if not first or not second or not apart or {c.model for c in first} & {c.model for c in second}:
             continue
         said = (
-            f"`{one}` and `{two}` rank differently: by the one `{first.label}` is the closest, by the other "
-            f"`{second.label}`; they order {apart} of {len(pairs)} pairs of configurations the other way round."
+            f"`{one}` and `{two}` rank differently: by the one `{first[0].label}` is the closest, by the other "
+            f"`{second[0].label}`; they order {apart} of {len(pairs)} pairs of configurations the other way round."
         )
         found.append(Disagreement([one, two], said, apart, len(pairs)))
     return found
@@ -258,5 +282,7 @@ def _sign(judged: Judged, x: str, y: str) -> int:
     return (a > b) - (a < b)
 
 
-def _closest(judged: Judged, keys: Sequence[str]) -> Candidate | None:
-    return min((judged.candidates[key] for key in keys), key=_by_error, default=None)
+def _closest(judged: Judged, keys: Sequence[str]) -> list[Candidate]:
+    """Those that err least, as far as the reference can tell, the quickest of them first."""
+    found = sorted((judged.candidates[key] for key in keys), key=_by_error)
+    return [c for c in found if c.error == found[0].error]

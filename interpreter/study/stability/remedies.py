@@ -28,6 +28,7 @@ BY_CODE: dict[str, str] = {
     "W322": "`stiffness = calibrated(...)`, or finite elements",
     "W331": "train it over this range",
     "E304": "a larger size",
+    "E552": "use tet10 or hex8 with `formulation = mixed`, or a Poisson's ratio below 0.5",
 }
 BY_PART: dict[str, str] = {
     "discretisation": "a finer mesh",
@@ -109,7 +110,7 @@ def _by_cost(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> s
 
 def _by_incompressibility(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
     if quantity.kind == "gap" and edge.direction == "up" and point.word != "unjudged":
-        return BY_CODE["W301"]
+        return BY_CODE["E552" if point.code == "E552" else "W301"]
     return None
 
 
