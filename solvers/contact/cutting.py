@@ -334,13 +334,17 @@ def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Flo
 
 
 def _normal(ways: Floats, n: Floats) -> Floats:
-    """The mean of normals (q, 3) beside a point, by ways there (q, 3), m, that has least along these."""
+    """The mean of normals (q, 3) beside a point, by ways there (q, 3), m, that has least along these; never none.
+
+    Where all of them cancel the point is as deep inside as can be, half-way between sides: any of these leads out.
+    """
     from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
 
     sides = _sides(ways)
     along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
     found = _across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
-    return found if float(np.linalg.norm(found)) > FLATTEST else np.asarray(n.mean(axis=0))
+    means = (found, n.mean(axis=0), n[0])
+    return next(np.asarray(one) for one in means if float(np.linalg.norm(one)) > FLATTEST)
 
 
 def _across(ways: Floats, n: Floats) -> Floats:

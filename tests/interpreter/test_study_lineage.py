@@ -124,7 +124,7 @@ def test_meshes_that_are_not_similar_put_an_order_in_doubt() -> None:
     found = orders_of(RefinementLine("s", "m", None, "h", (), tuple(made)))
     assert found is not None
     assert found["asymptotic"] is False
-    assert "cells shrink 1.67 times in one direction and 2 times in another" in found["doubt"]
+    assert "2 x 2 x 6 and 4 x 4 x 10 cells: they shrink 1.67 times in one direction and 2 times in" in found["doubt"]
     assert unlike([[2, 2, 6], [4, 4, 12], [8, 8, 24]]) is None
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.cutting import cuts
+from softmark.solvers.contact.cutting import _normal, cuts
 from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.contact.inner import facing
 from softmark.solvers.contact.pose import Pose, Posed
@@ -30,6 +30,13 @@ def touching(
     body = Posed(gap, Pose() if pose is None else pose)
     nodes, areas = node_areas(X, TRIANGLES, ((0, 1, 2),))
     return Touching(nodes, X[nodes], areas, Barrier(1e-3, 1.0), lambda share: body, facing=facing(X, TRIANGLES, 1))
+
+
+def test_a_point_half_way_between_sides_has_a_normal_of_one_of_them() -> None:
+    """A trial step may bring a facet as deep as the middle of a box, where the normals around it cancel."""
+    around = np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])
+    found = _normal(1e-5 * around, around)
+    assert np.linalg.norm(found) == pytest.approx(1.0)
 
 
 def test_an_edge_that_lies_across_is_met_where_it_leaves() -> None:
