@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 LEAST = 3  # sizes: two tell no order
-LARGEST = 6  # parts of the largest size that meshes of a shape have: a coarser one is of no use to begin with
+PARTS = 6  # of the largest size that meshes of a shape have: one is the first of those that are proposed
 RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
 
 
@@ -207,7 +207,7 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
 def _better(shape: Shape, cuts: Cuts) -> str:
     """Sizes that give similar meshes, if some are known."""
     largest = shape.even or 0.0
-    for part in range(1, LARGEST + 1) if largest else ():
+    for part in range(1, PARTS + 1) if largest else ():
         sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))
         if uneven(shape, sizes, cuts) is None:
             return f"take sizes that give similar meshes, such as {units.show_all(sizes, units.LENGTH)}"

@@ -343,8 +343,8 @@ def _normal(ways: Floats, n: Floats) -> Floats:
     sides = _sides(ways)
     along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
     found = _across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
-    means = (found, n.mean(axis=0), n[0])
-    return next(np.asarray(one) for one in means if float(np.linalg.norm(one)) > FLATTEST)
+    means = (found, np.asarray(n.mean(axis=0)))
+    return next((one for one in means if float(np.linalg.norm(one)) > FLATTEST), n[0])
 
 
 def _across(ways: Floats, n: Floats) -> Floats:

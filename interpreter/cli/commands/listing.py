@@ -38,7 +38,7 @@ def run(parsed: argparse.Namespace) -> int:
     if what is None:
         print("dsl list WHAT, with WHAT one of: " + ", ".join(topics))
         return 0
-    what = what if what in topics else f"{what}s"
+    what = what if what in topics else _name(what)
     if what not in topics:
         close = nearest(parsed.what, topics)
         hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
@@ -58,21 +58,20 @@ Rows = list[tuple[str, str]]
 
 
 def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
-    plural = {
-        "body": "bodies",
-        "analysis": "analyses",
-        "published": "published",
-        "study": "studies",
-        "stiffness": "stiffnesses",
-        "fibres": "fibres",
-    }
     found: dict[str, Callable[[], Rows]] = {
-        plural.get(kind, kind + "s"): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]
+        _name(kind): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]
         for kind in words
     }
     own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes, "data": _data}
     own["plugins"] = lambda: _plugins(words)
     return found | own | {"units": _units, "functions": _functions}
+
+
+def _name(kind: str) -> str:
+    """What the list of a kind is called: `materials`, `bodies`, `published`."""
+    from softmark.interpreter.language.schema import plural
+
+    return plural(kind).split()[0]
 
 
 def _constructors(words: Vocabulary, kind: str) -> Rows:

@@ -7,6 +7,7 @@ from dataclasses import field
 from itertools import combinations
 
 from softmark.interpreter.language.amounts import grouped, quantity
+from softmark.interpreter.language.schema import listed
 from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.front import DISTURBED, Candidate, Judged
 from softmark.interpreter.study.analysis.point import UNKNOWNS, ComparedPoint, Spread
@@ -138,7 +139,7 @@ def _quickest(question: Question, level: float, able: Sequence[Candidate]) -> Ad
     )
     decided = other is None or _decided(question, winner, other)
     said += _against(question, winner, other, decided) + _cheaper(question, level, winner)
-    return Advice(question, said, winner, other, level, decided, _caveats(question, winner))
+    return Advice(question, said, winner, other, level, decided, _caveats(question, winner, winner.within))
 
 
 def _cheaper(question: Question, level: float, winner: Candidate) -> str:
@@ -199,8 +200,7 @@ def _not_told_apart(
     """The reference knows less than the errors that it finds: no level below that can be judged, nobody is closest."""
     winner = alike[0]
     several = len(alike) > 1
-    more = f" and {len(alike) - NAMED} more" if alike[NAMED:] else ""
-    named = ", ".join(f"`{c.label}`" for c in alike[:NAMED]) + more
+    named = listed([f"`{c.label}`" for c in alike], NAMED)
     lost = level is None and bool(question.levels)
     blind = f", so no error of {question.amount(max(question.levels))} can be judged" if lost else ""
     few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
@@ -213,14 +213,14 @@ def _not_told_apart(
     return Advice(question, said, winner, other, None, not several, _caveats(question, winner))
 
 
-def _caveats(question: Question, winner: Candidate) -> list[str]:
-    """What must be said about a recommended point."""
+def _caveats(question: Question, winner: Candidate, within: bool = False) -> list[str]:
+    """What must be said about a recommended point; `within` the reference's uncertainty, where nothing says so yet."""
     found = []
     if winner.contaminated:
         found.append("Its timing was disturbed: do not trust the time.")
     if winner.capped:
         found.append("Its solution was stopped by a cap, so its error is that of an unfinished iteration.")
-    if winner.within:
+    if within:
         found.append("Its error is below the uncertainty of the reference: nothing can be told to be more accurate.")
     if doubt := question.doubts.get(winner.key):
         found.append(f"Its study is outside the asymptotic range ({doubt}): its error need not go on falling.")

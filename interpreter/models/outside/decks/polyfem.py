@@ -23,6 +23,8 @@ import numpy as np
 
 from softmark.interpreter.models.outside.decks import gmsh
 from softmark.records import dataclass
+from softmark.solvers.elements.tet10 import EDGES
+from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.outside.decks.named import Named
@@ -32,8 +34,6 @@ FILE = "model.json"
 LAWS = {"linear_elastic": "LinearElasticity", "neo_hookean": "NeoHookean", "st_venant_kirchhoff": "SaintVenant"}
 ORDERS = {"tet4": 1, "tet10": 2}
 SAME = 1e-9  # of the greatest: how far forces and places may be from those that are told
-EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # whose middles are nodes 4 to 9
-FACES = np.array([[0, 1, 2, 4, 5, 6], [0, 3, 1, 7, 8, 4], [1, 3, 2, 8, 9, 5], [0, 2, 3, 6, 9, 7]])  # outwards
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
@@ -175,11 +175,10 @@ def _weights(problem: Problem) -> Floats:
     """Masses that a body force acts by at nodes (n,), kg: a linear shape function has 1/4 of a cell, a quadratic one
     -1/20 at a corner and 1/5 between two.
     """
-    X, found = problem.points[problem.cells[:, :4]], np.zeros(len(problem.points))
-    volumes = np.abs(np.linalg.det(X[:, 1:] - X[:, :1])) / 6.0
+    found, corners = np.zeros(len(problem.points)), Mesh(problem.points, problem.cells[:, :4])
     shares = np.full(4, 0.25) if problem.element == "tet4" else np.array([-0.05] * 4 + [0.2] * 6)
     for stuff in problem.stuff:
-        masses = (stuff.density or 0.0) * volumes[stuff.cells]
+        masses = (stuff.density or 0.0) * corners.volumes[stuff.cells]
         np.add.at(found, problem.cells[stuff.cells], masses[:, None] * shares)
     return found
 
@@ -199,16 +198,8 @@ def _areas(problem: Problem, facets: Ints) -> Floats:
 
 
 def _facets(problem: Problem) -> Ints:
-    """Of the boundary (f, 3 or 6), outwards: those of one cell alone."""
-    count = 3 if problem.element == "tet4" else 6
-    every = problem.cells[:, FACES[:, :count]].reshape(-1, count)
-    _, where, times = np.unique(np.sort(every[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    found: Ints = every[where[times == 1]]
-    middle = problem.points[problem.cells[where[times == 1] // 4, :4]].mean(axis=1)
-    inwards = (_areas(problem, found) * (problem.points[found[:, :3]].mean(axis=1) - middle)).sum(axis=1) < 0.0
-    order = [0, 2, 1] if count == 3 else [0, 2, 1, 5, 4, 3]
-    found[inwards] = found[inwards][:, order]
-    return found
+    """Of the boundary (f, 3 or 6), outwards."""
+    return Mesh(problem.points, problem.cells, problem.element).facets
 
 
 def _held(problem: Problem, facets: Ints) -> Floats | None:
@@ -225,7 +216,7 @@ def _held(problem: Problem, facets: Ints) -> Floats | None:
 
 def _straight(problem: Problem) -> bool:
     X = problem.points[problem.cells]
-    return _same(X[:, EDGES].mean(axis=2), X[:, 4:])
+    return _same(X[:, np.array(EDGES)].mean(axis=2), X[:, 4:])
 
 
 def _corners(problem: Problem, named: Named) -> tuple[Problem, Named]:
