@@ -176,6 +176,7 @@ SHAPES = [
 ]  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.slow  # sections that a circle nearly touches take seconds
 @settings(max_examples=20)
 @given(CONDITION, st.sampled_from(SHAPES), st.integers(1, 12))

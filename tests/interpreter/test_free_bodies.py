@@ -193,6 +193,7 @@ def test_a_stone_that_is_pushed_and_turned(integrator: str) -> None:
     assert stone["spin_rad_s"][-1] == pytest.approx(spin, abs=(4e-3 if integrator == "bdf2" else 1e-3) * 13.0)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_free_plate_slides_until_friction_has_its_speed() -> None:
     """On a slab that deforms it stops after v^2 / (2 mu g), to 1 % of implicit Euler at these steps, and stays.

@@ -332,6 +332,7 @@ def test_no_scale_is_special(kept: Path, size: float) -> None:
 
 
 @needs_mesher
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_raw_surface_of_marching_cubes(kept: Path, needs_data: Any) -> None:
     """The scan of the silicone beam as it was published: 27 046 triangles with holes, flaps and tangles."""

@@ -219,7 +219,7 @@ def dropped(
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "steps"),
-    [("implicit_euler", 50), pytest.param("generalized_alpha", 2000, marks=pytest.mark.slow)],
+    [("implicit_euler", 50), pytest.param("generalized_alpha", 2000, marks=pytest.mark.long)],
 )
 def test_a_block_dropped_on_a_corner_and_dragged_over_it(name: str, steps: int, law: Maker, elastic: Energies) -> None:
     """Nothing behind a surface, no number that is none, and no energy that nothing has brought: 1 % of it at most.
