@@ -51,6 +51,7 @@ MANY = {  # and why
     "interpreter/language": "a step of reading is a file",
     "interpreter/front": "what cannot be, of one kind of thing, is a file",
     "interpreter/metrics": "a metric is a file",
+    "interpreter/models/outside/adapters": "a program is a file",
     "interpreter/models/shared": "what models of all kinds do with one thing, a load or a support, is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
     "interpreter/report/run/tables": "a section of numbers is a file, and what they share is beside them",

@@ -102,7 +102,7 @@ SPECIFIED = {
     "/boundary_conditions": ([], ["rhs", "dirichlet_boundary", "neumann_boundary"]),
     "/boundary_conditions/dirichlet_boundary/*": (["id", "value"], ["dimension"]),
     "/boundary_conditions/neumann_boundary/*": (["id", "value"], []),
-    "/output": ([], ["paraview"]),
+    "/output": ([], ["json", "paraview"]),
     "/output/paraview": ([], ["file_name"]),
 }
 

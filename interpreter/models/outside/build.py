@@ -18,6 +18,7 @@ from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.outside import running
 from softmark.interpreter.models.outside.adapters import adapter
 from softmark.interpreter.models.outside.asked import GB, Asked
+from softmark.interpreter.models.outside.decks.named import named_of
 from softmark.interpreter.models.outside.moving import motion_of, shown, times_of
 from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 from softmark.interpreter.models.outside.running import End
@@ -98,8 +99,9 @@ class PreparedOutside:
         return self
 
     def asked(self) -> Problem:
-        """What the program is told. Raises Untold."""
-        return told(self.solid, self.case)
+        """What the program is told. Raises Untold, Fault."""
+        problem = told(self.solid, self.case)
+        return replace(problem, named=named_of(self.solid, self.case)) if self.model.told.by_name else problem
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Displacements (n, 3) under full load, m. Raises NoAnswer where they are none."""
@@ -128,20 +130,32 @@ class PreparedOutside:
         model = self.model
         end = running.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
         known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
-        if end.how != "done":
-            return Solution("failed", f"{model.told.title}: {end.message}", known)
         try:
-            answer = program.read(folder)
-            u = self.looked_at(answer, problem)
+            answer, u = self._read(program, problem, folder, end)
         except NotSettled as why:
             return Solution(self.lost, self.unsettled.format(title=model.told.title, why=why), known)
         except NoAnswer as none:
-            words = f"; {end.words}" if end.last else ""
-            return Solution("failed", f"{model.told.title}: {none}{words}", known)
+            return Solution("failed", f"{model.told.title}: {none}", known)
         spent = spent_by(answer, end, model.threads)
         known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
         known |= {} if answer.iterations is None else {"iterations": answer.iterations}
         return replace(self._judged(answer, u, problem, known), spent=spent)
+
+    def _read(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
+        """What it has left, and what is looked at. Raises NoAnswer, NotSettled: of one that died too, if it said so."""
+        if end.how not in ("done", "died"):
+            raise NoAnswer(end.message)
+        try:
+            answer = program.read(folder)
+            u = self.looked_at(answer, problem)
+        except NotSettled:
+            raise
+        except NoAnswer as none:
+            words = f"; {end.words}" if end.last else ""
+            raise NoAnswer(end.message if end.how == "died" else f"{none}{words}") from none
+        if end.how == "died":
+            raise NoAnswer(end.message)
+        return answer, u
 
     # ------------------------------------------------------------------ judging
 

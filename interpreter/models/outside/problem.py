@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.outside.decks.named import Named
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -92,6 +96,7 @@ class Problem:
     values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
     motion: Motion | None = None
     section: Section | None = None
+    named: Named | None = None  # what of it has a name, for a program that is told of loads by theirs
 
     @property
     def is_held(self) -> NDArray[np.bool_]:

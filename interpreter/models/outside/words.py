@@ -44,6 +44,12 @@ class Outside(Asked):
     variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms when it is set up. All are told of bodies at rest,
     which supports hold at nodes, under loads that do not follow them.
 
+    `febio` has tet4 and hex8, and finite strain alone; `polyfem` tet4 and, at small strain, straight tet10, in which
+    whole facets are held, under weight and uniform tractions on whole facets; `sofa` tet4, in bodies of one material,
+    and supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They are told
+    what `dsl export` writes, and were never run where softmark is made: they are unchecked. Their decks are tested as
+    text, and what they answer on files that tests make as their sources write them.
+
     `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
     strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.
     Steps are of `step`, with `iterations` where they iterate. Damping is that of the analysis; the integrator is the
@@ -150,6 +156,7 @@ class Outside(Asked):
     def outline(self, case: Case) -> str:
         """One line for the plan and the report."""
         means = f"; {self.told.moves}" if self.told.moves else ""
+        means += "" if self.told.tried else "; its adapter was never run with it"
         return f"{self.told.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:

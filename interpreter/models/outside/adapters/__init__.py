@@ -32,6 +32,8 @@ class Program:
     stretches: bool = True  # of a rod: whether its length may change
     order: int = 1  # of a rod, in the length of its segments
     moves: str = ""  # of one that steps through time, and knows no state of rest: what it computes, in words
+    by_name: bool = False  # whether a problem must say what of it has a name
+    tried: bool = True  # whether its adapter was ever run with it; else with files that tests make
 
 
 _SMALL = ("linear_elastic",)
@@ -48,6 +50,7 @@ PROGRAMS: Mapping[str, Program] = {
         ("tet4", "tet10", "hex8", "hex27"),
         {"small": _SMALL, "finite": (*_MODULI, "stable_neo_hookean", "gent", "fung")},
     ),
+    "febio": Program("FEBio", ("tet4", "hex8"), {"finite": ("st_venant_kirchhoff", "neo_hookean")}, tried=False),
     "felupe": Program(
         "FElupe",
         ("tet4", "tet10", "hex8", "hex20", "hex27"),
@@ -76,7 +79,21 @@ PROGRAMS: Mapping[str, Program] = {
         moves="constraints tr C = 3 and J = 1 with compliances of the moduli at rest, lumped masses, position based",
     ),
     "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
+    "polyfem": Program(
+        "PolyFEM",
+        ("tet4", "tet10"),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean")},
+        by_name=True,
+        tried=False,
+    ),
     "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
+    "sofa": Program(
+        "SOFA",
+        ("tet4",),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean")},
+        several=False,
+        tried=False,
+    ),
 }
 
 

@@ -13,7 +13,7 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.build import PreparedSolid
-    from softmark.interpreter.models.outside.problem import Floats, Ints
+    from softmark.solvers.mesh.mesh import Floats, Ints
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.mesh.mesh import Mesh
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.outside.problem import Floats, Ints, Problem
 
 FILE = "model.json"
+ANSWER, STATISTICS = "answer.vtu", "statistics.json"
 LAWS = {"linear_elastic": "LinearElasticity", "neo_hookean": "NeoHookean", "st_venant_kirchhoff": "SaintVenant"}
 ORDERS = {"tet4": 1, "tet10": 2}
 SAME = 1e-9  # of the greatest: how far forces and places may be from those that are told
@@ -97,7 +98,7 @@ def deck(problem: Problem, named: Named) -> dict[str, Any]:
         "materials": [_material(i, problem) for i in range(len(problem.stuff))],
         "space": {"discr_order": ORDERS[problem.element]},
         "boundary_conditions": _conditions(body, acted),
-        "output": {"paraview": {"file_name": "answer.vtu"}},
+        "output": {"json": STATISTICS, "paraview": {"file_name": ANSWER}},
     }
 
 
