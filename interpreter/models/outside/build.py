@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
 HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
+VAGUE = 0.1  # of the loads: where the digits of an answer leave more, a wrong one is not told from a right one
 TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
 OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
 NOT_KNOWN = "another program solved it, and of the stiffness in its state nothing is known"
@@ -177,6 +178,9 @@ class PreparedOutside:
         allowed = BALANCED + TOLD * told
         if answer.settled is False:
             return Solution("not_converged", f"{title} says so itself: {answer.said or 'no reason is given'}", known)
+        if told > VAGUE:
+            words = f"its digits alone leave {told:.1e} of the loads in our equations, which tell nothing then"
+            return Solution("not_converged", f"{title} answers too few digits: {words}", known)
         if not residual <= allowed:
             return Solution("not_converged", self._unbalanced(residual, allowed), known)
         state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"that of {title}")

@@ -58,7 +58,7 @@ def read(folder: Path) -> Answer:
     if LOST in log:
         raise NotSettled(log.partition(LOST)[2].splitlines()[0].strip()[: on_path.WIDE])
     if len(files) != 1:
-        raise NoAnswer(f"it left {len(files)} files `{deck.ANSWER}*.vtu`, of one")
+        raise NoAnswer(f"it left {len(files) or 'no'} {deck.ANSWER}*.vtu, of one that is asked for")
     told, u = on_path.results(files[0], deck.FIELD)
     nodes = on_path.kept(folder)
     if told.points.shape != nodes.shape or np.abs(told.points - nodes).max() > 2.0 * ROUNDING * np.abs(nodes).max():
