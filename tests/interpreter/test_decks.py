@@ -57,6 +57,8 @@ def test_a_deck_has_all_of_the_problem_in_its_units() -> None:
         own.attrib["name"]: [row(dof)[0] for dof in own] for own in root.iter("bc") if "zero" in own.attrib["type"]
     }
     assert fixed == {"held_x": [1, 0, 0], "held_y": [0, 1, 0], "held_z": [0, 0, 1]}
+    (record,) = root.iter("node_data")  # what its adapter reads
+    assert record.attrib == {"data": "ux;uy;uz", "delim": ",", "file": "u.csv"}
 
 
 def test_what_it_does_not_have_is_refused() -> None:
@@ -79,6 +81,9 @@ def test_a_scene_of_sofa_has_all_of_the_problem() -> None:
     held = {name: (own["indices"], own["fixedDirections"]) for name, own in found.items() if name.startswith("held")}
     assert held == {"held_x": ("0", "1 0 0"), "held_y": ("0 1", "0 1 0"), "held_z": ("0 1 2", "0 0 1")}
     assert (found["load"]["indices"], found["load"]["forces"]) == ("3", "0.0 0.0 1e-06")
+    at_rest, u = found["VTKExporter"]["position"], found["VTKExporter"]["pointsDataFields"]
+    assert (at_rest, u) == ("@state.rest_position", "u=moved.output")
+    assert found["moved"]["substractor"] == at_rest
     small = sofa.refuses(replace(problem, strain="small", stuff=(replace(TET.stuff[0], law="linear_elastic"),)))
     assert sofa.refuses(problem) == small == []
     assert [what for what, _ in sofa.refuses(TET)] == ["a support that moves", "several states"]
@@ -128,6 +133,7 @@ def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
     assert polyfem.refuses(problem) == polyfem.lost(problem, named) == []
     deck = polyfem.deck(problem, named)
     assert unspecified(deck) == []
+    assert deck["output"] == {"json": "statistics.json", "paraview": {"file_name": "answer.vtu"}}
     selected = {own["id"]: own["center"] for own in deck["geometry"][0]["surface_selection"]}
     conditions = deck["boundary_conditions"]
     assert conditions["rhs"] == pytest.approx([0.0, 0.0, 9.81])

@@ -23,6 +23,7 @@ from softmark.interpreter.models.prepare import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
 from softmark.interpreter.problem.case import case_for
 
+Solved = tuple[Any, np.ndarray]  # a scene, and our displacements (n, 3), m
 BLOCK = """softmark 1
 scene "A block, pulled and bent"
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -57,7 +58,7 @@ HOW = {  # what a stand-in does, its status, and what is said of it
 
 
 @pytest.fixture(scope="module")
-def solved() -> tuple[Any, np.ndarray]:
+def solved() -> Solved:
     """A scene with models of all of them, and our displacements (n, 3), m."""
     models = "".join(f"model {p} = outside({p}, tet4, strain = finite, size = 5 mm)\n" for p in ANSWERING)
     scene = softmark.loads(BLOCK + models).scene
@@ -71,7 +72,7 @@ def prepared(scene: Any, name: str) -> Any:
     return prepared_model(declared, case_for(scene, declared), workshop)[0]
 
 
-def answered(solved: tuple[Any, np.ndarray], program: str, how: str, folder: Path, patch: pytest.MonkeyPatch) -> Solution:
+def answered(solved: Solved, program: str, how: str, folder: Path, patch: pytest.MonkeyPatch) -> Solution:
     """What comes of asking a stand-in."""
     scene, u = solved
     theirs: PreparedOutside = prepared(scene, program)
@@ -82,7 +83,7 @@ def answered(solved: tuple[Any, np.ndarray], program: str, how: str, folder: Pat
 
 @pytest.mark.parametrize("program", ANSWERING)
 def test_an_answer_is_read_and_judged(
-    program: str, solved: tuple[Any, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    program: str, solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """FEBio's table has 12 digits, PolyFEM's file has doubles and SOFA's 6 digits of each displacement."""
     found = answered(solved, program, "right", tmp_path, monkeypatch)
@@ -102,9 +103,7 @@ def test_an_answer_is_read_and_judged(
     assert found.facts.get("iterations") == {"febio": 31, "polyfem": None, "sofa": 2}[program]
 
 
-def test_quadratic_cells_have_the_nodes_between_their_corners(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_quadratic_cells_have_the_nodes_between_their_corners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its mesh has corners alone, and its answer the nodes that it makes between them, which are ours."""
     models = "ours = fem(tet10", "polyfem = outside(polyfem, tet10"
     lines = [f"model {own}, strain = small, size = 10 mm)" for own in models]
@@ -117,10 +116,8 @@ def test_quadratic_cells_have_the_nodes_between_their_corners(
     assert np.array_equal(found.mesh.displacement, u)  # doubles go through base64 as they are
 
 
-def test_digits_that_tell_nothing_are_too_few(
-    solved: tuple[Any, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of 1e-2 of each displacement it is 0.29 of the loads: three times that would let 1.3 u pass, which leaves 0.55."""
+def test_digits_that_tell_nothing_are_too_few(solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """1e-2 of each displacement is 0.29 of the loads: three times that would let 1.3 u pass, which leaves 0.55."""
     monkeypatch.setattr(adapter("sofa"), "ROUNDING", 1e-2)
     found = answered(solved, "sofa", "wrong", tmp_path, monkeypatch)
     assert (found.status, "too few digits" in (found.message or "")) == ("not_converged", True)
@@ -129,7 +126,7 @@ def test_digits_that_tell_nothing_are_too_few(
 @pytest.mark.parametrize("how", HOW)
 @pytest.mark.parametrize("program", ANSWERING)
 def test_what_goes_wrong_is_told(
-    program: str, how: str, solved: tuple[Any, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    program: str, how: str, solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = answered(solved, program, how, tmp_path, monkeypatch)
     status, messages = HOW[how]
@@ -139,7 +136,7 @@ def test_what_goes_wrong_is_told(
 
 
 def test_an_end_without_its_last_words_is_no_answer(
-    solved: tuple[Any, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """FEBio's table may be whole, and its log not: it was ended before it knew."""
     found = answered(solved, "febio", "unfinished", tmp_path, monkeypatch)
@@ -148,7 +145,7 @@ def test_an_end_without_its_last_words_is_no_answer(
 
 @pytest.mark.parametrize("program", ANSWERING)
 def test_where_it_is_not_installed_it_is_skipped(
-    program: str, solved: tuple[Any, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    program: str, solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     found = prepared(solved[0], program).solve(lambda *_: None)
@@ -156,7 +153,7 @@ def test_where_it_is_not_installed_it_is_skipped(
     assert adapter(program).install in (found.message or "")
 
 
-def test_what_they_cannot_do_is_unsupported(solved: tuple[Any, np.ndarray]) -> None:
+def test_what_they_cannot_do_is_unsupported(solved: Solved) -> None:
     """Whole facets alone are held by PolyFEM, and nothing that moves by SOFA."""
     problem = prepared(solved[0], "polyfem").asked()
     held = np.concatenate([problem.held, [[int(problem.points[:, 0].argmax()), 0]]])
@@ -170,7 +167,7 @@ def test_what_they_cannot_do_is_unsupported(solved: tuple[Any, np.ndarray]) -> N
     assert [what for what, _ in adapter("polyfem").refuses(bent)] == ["the loads"]
 
 
-def test_what_was_never_run_says_so(solved: tuple[Any, np.ndarray]) -> None:
+def test_what_was_never_run_says_so(solved: Solved) -> None:
     assert {name for name, own in PROGRAMS.items() if not own.tried} == set(ANSWERING)
     declared = solved[0].declared["sofa"]
     assert declared.thing.outline(case_for(solved[0], declared)).endswith("its adapter was never run with it")

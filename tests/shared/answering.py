@@ -39,7 +39,8 @@ if HOW == "nothing":
     sys.exit(0)
 log = "\\n===== beginning time step 1 : 0.1 =====\\n\\n------- converged at time : 0.1\\n\\n"
 if HOW == "lost":
-    box = " *" + 71 * "*" + "*\\n" + " *" + "ERROR".center(71) + "*\\n" + " * " + "Negative jacobian.".ljust(70) + "*\\n"
+    words = "Negative jacobian.".ljust(70)
+    box = " *" + 71 * "*" + "*\\n" + " *" + "ERROR".center(71) + "*\\n" + " * " + words + "*\\n"
     open("model.log", "w").write(log + box + "\\n\\n E R R O R   T E R M I N A T I O N\\n\\n")
     sys.exit(1)
 if HOW != "unfinished":
@@ -124,7 +125,7 @@ PROGRAMS = {"febio": ("febio4", FEBIO), "polyfem": ("PolyFEM_bin", POLYFEM), "so
 def stand_in(
     program: str, how: str, points: NDArray[np.float64], cells: NDArray[np.int64], u: NDArray[np.float64], folder: Path
 ) -> Path:
-    """A folder with a program that has points (n, 3), m, of cells (m, 4 or 10), and answers displacements u (n, 3), m."""
+    """A folder with a program that has points (n, 3), m, of cells (m, 4 or 10), and answers u (n, 3), m."""
     name, script = PROGRAMS[program]
     data = folder / "data.json"
     data.write_text(json.dumps([how, points.tolist(), np.asarray(cells).tolist(), u.tolist()]))

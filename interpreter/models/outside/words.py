@@ -61,8 +61,9 @@ class Outside(Asked):
     it. Where it hangs, dies, floods its log, runs out of memory or leaves no answer or one that is no number, it is
     `failed`, with its last words. Neither an exit status of 0 nor its own log is believed alone: its displacements are
     put into our own equations, and where more than 1e-4 of the loads is left, beside what the digits of its answer can
-    say, it is `not_converged`. Reactions and stress are what our law makes of its displacements; of its stability and
-    of its error of discretisation nothing is known, which is unchecked.
+    say, it is `not_converged`; so it is where these digits leave more than a tenth. Reactions and stress are what our
+    law makes of its displacements; of its stability and of its error of discretisation nothing is known, which is
+    unchecked.
 
     Its time of solution is by its own clock where it has one; where it has none, that of its whole process, which is
     an upper bound and marked as one. Setting up, solving and files are told apart in the facts of the report.

@@ -9,6 +9,7 @@ An adapter is a module here, called as its program is, or that of a plugin, with
     command(folder)            what is run there, see `running.py`, which leaves what it says in `log.txt`
     read(folder)               the `Answer`. Raises NoAnswer where there is none, NotSettled where it says so itself
 Packages of Python have all of these from `packaged.py`, and a function `solved(problem)` for a process of its own.
+Programs on the PATH share `on_path.py`; where one has a format in `decks`, what is run is what that writes.
 To add a program: that file, a line here, and an extra in pyproject.toml where it is a package of Python.
 """
 

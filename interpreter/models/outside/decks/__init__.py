@@ -2,7 +2,7 @@
 
 `refuses` says what of a problem has no words in the format, and why; `export` writes files and gives their names. One
 that tells what acts on facets by a word for each load has `lost(problem, named)` besides, which says the same of those.
-To add a format: that file (of a program that is run too, its adapter), and a line here.
+To add a format: that file, and a line here. Adapters of programs that are run write the same files.
 """
 
 from __future__ import annotations

@@ -13,9 +13,8 @@ from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.build import PreparedSolid
-    from softmark.solvers.mesh.mesh import Floats, Ints
     from softmark.interpreter.problem.case import Case
-    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 
 @dataclass(frozen=True)
