@@ -17,8 +17,9 @@ from answering import PROGRAMS as ANSWERING
 from answering import stand_in
 
 import softmark
-from softmark.interpreter.models.outside.adapters import PROGRAMS, adapter
+from softmark.interpreter.models.outside.adapters import PROGRAMS, adapter, on_path
 from softmark.interpreter.models.outside.build import PreparedOutside
+from softmark.interpreter.models.outside.problem import NoAnswer
 from softmark.interpreter.models.prepare import Measurements, prepared_model
 from softmark.interpreter.models.shared.prepared import Solution, Workshop
 from softmark.interpreter.problem.case import case_for
@@ -141,6 +142,42 @@ def test_an_end_without_its_last_words_is_no_answer(
     """FEBio's table may be whole, and its log not: it was ended before it knew."""
     found = answered(solved, "febio", "unfinished", tmp_path, monkeypatch)
     assert (found.status, "no normal termination" in (found.message or "")) == ("failed", True)
+
+
+BROKEN = {  # files as a program may leave them, by what is said
+    "no normal termination": ("febio", {"model.log": "------- converged at time : 1e\n Solve time .. : 0 (e sec)\n"}),
+    "not a table of times": ("febio", {"model.log": "{good}", "u.csv": "*Step  = 1\n*Time  = soon\n*Data  = u\n"}),
+    "no displacements at time 1": ("febio", {"model.log": "{good}", "u.csv": "*Step  = 1\n"}),
+    "no table of displacements": (
+        "febio",
+        {"model.log": "{good}", "u.csv": "*Step  = 1\n*Time  = 1\n*Data  = u\n1,2\n1,2,3\n"},
+    ),
+    "it left no answer.vtu: \u241b[31mred": ("polyfem", {"log.txt": "[polyfem] [error] \x1b[31mred\n"}),
+    "no vectors `solution`": ("polyfem", {"log.txt": "", "answer.vtu": "{vtu}"}),
+    "it diverged": ("sofa", {"log.txt": "[DIVERGED]"}),
+    "no vectors `u`": ("sofa", {"log.txt": "", "answer0.vtu": "{vtu}"}),
+}
+VTU = """<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece NumberOfPoints="1" NumberOfCells="0">
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0</DataArray></Points>
+</Piece></UnstructuredGrid></VTKFile>"""
+
+
+@pytest.mark.parametrize("why", BROKEN)
+def test_files_that_are_none_are_said(why: str, solved: Solved, tmp_path: Path) -> None:
+    program, files = BROKEN[why]
+    adapter(program).write(prepared(solved[0], program).asked(), tmp_path)
+    for name, content in files.items():
+        (tmp_path / name).write_text(content.replace("{good}", adapter("febio").GOOD).replace("{vtu}", VTU))
+    with pytest.raises(NoAnswer) as found:
+        adapter(program).read(tmp_path)
+    assert why in str(found.value)
+
+
+def test_what_a_program_writes_over_is_no_answer(solved: Solved, tmp_path: Path) -> None:
+    adapter("sofa").write(prepared(solved[0], "sofa").asked(), tmp_path)
+    (tmp_path / on_path.NODES).write_bytes(b"none")
+    with pytest.raises(NoAnswer, match="written over"):
+        on_path.kept(tmp_path)
 
 
 @pytest.mark.parametrize("program", ANSWERING)

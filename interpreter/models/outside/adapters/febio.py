@@ -31,9 +31,10 @@ ROUNDING = 5e-12  # of a number: half of the last of 12 digits
 SAME = 1e-6  # of a step of time: how far a state may be from its time, which is a sum of steps
 GOOD, BAD = "N O R M A L   T E R M I N A T I O N", "E R R O R   T E R M I N A T I O N"
 _BOX = re.compile(r"^ ?\* +(?:FATAL )?ERROR +\*\n((?: ?\*[^*\n][^\n]*\*\n)+)", re.M)
-_REACHED = re.compile(r"^-+ converged at time : (\S+)", re.M)
-_ITERATIONS = re.compile(r"Total number of equilibrium iterations \.+ : (\d+)")
-_CLOCK = re.compile(r"(Input|Initialization|Solve) time \.+ : \S+ \(([0-9.eE+-]+) sec\)")
+_NUMBER = r"(\d+(?:\.\d*)?(?:e[+-]?\d+)?)"
+_REACHED = re.compile(rf"^-+ converged at time : {_NUMBER}", re.M)
+_ITERATIONS = re.compile(r"Total number of equilibrium iterations \.+ : (\d{1,9})\b")
+_CLOCK = re.compile(rf"(Input|Initialization|Solve) time \.+ : \S+ \({_NUMBER} sec\)")
 CLOCKS = {"Input": "io_s", "Initialization": "setup_s", "Solve": "solve_s"}
 
 

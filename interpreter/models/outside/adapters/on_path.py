@@ -53,8 +53,11 @@ def keep(problem: Problem, folder: Path) -> None:
 
 
 def kept(folder: Path) -> Floats:
-    """Our nodes (n, 3), m."""
-    found: Floats = np.load(folder / NODES)
+    """Our nodes (n, 3), m. Raises NoAnswer where it has written over them."""
+    try:
+        found: Floats = np.load(folder / NODES, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise NoAnswer(f"it has written over {NODES}") from error
     return found
 
 

@@ -113,5 +113,5 @@ def _clocks(path: Path) -> dict[str, float]:
     try:
         told = json.loads(on_path.text(path))
         return {name: sum(float(told[f"time_{own}"]) for own in parts) for name, parts in CLOCKS.items()}
-    except (NoAnswer, ValueError, KeyError, TypeError):
+    except (NoAnswer, ValueError, KeyError, TypeError, RecursionError):
         return {}

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softmark.grammar.diagnostic import visible
 from softmark.interpreter.models.outside.adapters import on_path
 from softmark.interpreter.models.outside.decks import sofa as deck
 from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
@@ -56,11 +57,12 @@ def read(folder: Path) -> Answer:
     """What it has left in a folder. Raises NoAnswer, NotSettled."""
     log, files = on_path.text(folder / LOG), sorted(folder.glob(f"{deck.ANSWER}*.vtu"))
     if LOST in log:
-        raise NotSettled(log.partition(LOST)[2].splitlines()[0].strip()[: on_path.WIDE])
-    if len(files) != 1:
-        raise NoAnswer(f"it left {len(files) or 'no'} {deck.ANSWER}*.vtu, of one that is asked for")
-    told, u = on_path.results(files[0], deck.FIELD)
+        why = log.partition(LOST)[2].partition("\n")[0].strip()[: on_path.WIDE]
+        raise NotSettled(visible(why) or "it diverged")
+    if not files:
+        raise NoAnswer(f"it left no {deck.ANSWER}*.vtu")
+    told, u = on_path.results(files[-1], deck.FIELD)
     nodes = on_path.kept(folder)
     if told.points.shape != nodes.shape or np.abs(told.points - nodes).max() > 2.0 * ROUNDING * np.abs(nodes).max():
-        raise NoAnswer(f"the points of {files[0].name} are not the nodes of its scene")
+        raise NoAnswer(f"the points of {files[-1].name} are not the nodes of its scene")
     return Answer(u[None], True if SETTLED in log else None, log.count(ITERATION) or None, {}, "", ROUNDING)
