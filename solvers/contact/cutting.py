@@ -222,8 +222,9 @@ def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats)
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:
         n[:, :, 2] = 0.0
-    found: NDArray[np.bool_] = np.linalg.norm(n[:, :, None] - n[:, None], axis=3).max(axis=(1, 2), initial=0.0) > TURNS
-    return found | (g < -BROAD * size)
+    turns = np.linalg.norm(n[:, :, None] - n[:, None], axis=3).max(axis=(1, 2), initial=0.0)
+    found: NDArray[np.bool_] = (turns > TURNS) | (g < -BROAD * size)
+    return found
 
 
 def off(contact: Any, x: Floats, times: float = 1.0) -> bool:

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.outside.problem import Floats, Problem
 
 program = "febio4"  # the deck is of a specification that none before has
-install = "get FEBio 4 from febio.org, or build it from its sources, and put `febio4` on the PATH"
+install = "put `febio4` of FEBio 4 (febio.org) on the PATH; no package of Debian or Python has it"
 refuses = deck.refuses
 
 TABLE, LOG = "u.csv", "model.log"
 ROUNDING = 5e-12  # of a number: half of the last of 12 digits
 SAME = 1e-6  # of a step of time: how far a state may be from its time, which is a sum of steps
 GOOD, BAD = "N O R M A L   T E R M I N A T I O N", "E R R O R   T E R M I N A T I O N"
-_BOX = re.compile(r"^ ?\* +(?:FATAL )?ERROR +\*\n((?: ?\*[^*\n][^\n]*\*\n)+)", re.M)
+_BOX = re.compile(r"^ ?\* +(?:(?:FATAL )?ERROR|WARNING) +\*\n((?: ?\*[^*\n][^\n]*\*\n)+)", re.M)
 _NUMBER = r"(\d+(?:\.\d*)?(?:e[+-]?\d+)?)"
 _REACHED = re.compile(rf"^-+ converged at time : {_NUMBER}", re.M)
 _ITERATIONS = re.compile(r"Total number of equilibrium iterations \.+ : (\d{1,9})\b")
@@ -79,7 +79,7 @@ def read(folder: Path) -> Answer:
 
 
 def _said(log: str) -> str:
-    """Its errors on one line."""
+    """Its errors and warnings on one line."""
     boxes = (" ".join(line.strip(" *") for line in box.splitlines()).split() for box in _BOX.findall(log))
     return visible("; ".join(dict.fromkeys(" ".join(words) for words in boxes)))[: on_path.WIDE]
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.outside.problem import Floats, Problem
 
 program = "PolyFEM_bin"
-install = "build PolyFEM from its sources (polyfem.github.io), and put `PolyFEM_bin` on the PATH"
+install = "put `PolyFEM_bin` (polyfem.github.io) on the PATH; no package of Debian or Python has it"
 
 FIELD = "solution"
 NEAR = 1e-9  # of the body: how far a node of its is from one of ours

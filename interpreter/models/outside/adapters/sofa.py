@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.outside.problem import Problem
 
 program = "runSofa"
-install = "get SOFA 24 from sofa-framework.org, and put `runSofa` on the PATH"
+install = "put `runSofa` of SOFA 24 (sofa-framework.org) on the PATH; no package of Debian or Python has it"
 refuses = deck.refuses
 
 ROUNDING = 5e-6  # of a number: half of the last of 6 digits
