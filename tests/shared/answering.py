@@ -109,15 +109,21 @@ if HOW == "lost":
 else:
     print("[CONVERGED] The correction's ratio |du|/|U| = 1e-11 is smaller than the threshold of 1e-09.")
 if HOW == "cut":
+    CELLS = [cell for cell in CELLS if len(POINTS) - 1 not in cell]
     POINTS, U = POINTS[:-1], U[:-1]
+ends, kinds = " ".join(str(4 * i) for i in range(1, len(CELLS) + 1)), " ".join(["10"] * len(CELLS))
 rows = lambda values: "".join("\\t" + " ".join(f"{v:.6g}" for v in row) + "\\n" for row in values)
 with open(vtk.get("filename") + "0.vtu", "w") as vtu:
     vtu.write('<VTKFile type="UnstructuredGrid" version="0.1" byte_order="BigEndian">\\n  <UnstructuredGrid>\\n')
-    vtu.write(f'    <Piece NumberOfPoints="{len(POINTS)}" NumberOfCells="0">\\n      <PointData>\\n')
+    vtu.write(f'    <Piece NumberOfPoints="{len(POINTS)}" NumberOfCells="{len(CELLS)}">\\n      <PointData>\\n')
     vtu.write('        <DataArray type="Float64" Name="u" NumberOfComponents="3" format="ascii">\\n' + rows(U))
     vtu.write('        </DataArray>\\n      </PointData>\\n      <Points>\\n')
     vtu.write('        <DataArray type="Float32" NumberOfComponents="3" format="ascii">\\n' + rows(POINTS))
-    vtu.write('        </DataArray>\\n      </Points>\\n    </Piece>\\n  </UnstructuredGrid>\\n</VTKFile>\\n')
+    vtu.write('        </DataArray>\\n      </Points>\\n      <Cells>\\n')
+    told = (("Int32", "connectivity", rows(CELLS)), ("Int32", "offsets", ends), ("UInt8", "types", kinds))
+    for kind, name, text in told:
+        vtu.write(f'        <DataArray type="{kind}" Name="{name}" format="ascii">\\n{text}\\n        </DataArray>\\n')
+    vtu.write('      </Cells>\\n    </Piece>\\n  </UnstructuredGrid>\\n</VTKFile>\\n')
 """
 PROGRAMS = {"febio": ("febio4", FEBIO), "polyfem": ("PolyFEM_bin", POLYFEM), "sofa": ("runSofa", SOFA)}
 

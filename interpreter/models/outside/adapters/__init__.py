@@ -5,7 +5,7 @@ An adapter is a module here, called as its program is, or that of a plugin, with
     version()                  its number, None where it is not installed
     places()                   of ours: what of it lies on the disk, which may be another of the same number
     refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
-    write(problem, folder)     its input
+    write(problem, folder)     its input; `problem.named` is there where its line says `by_name`
     command(folder)            what is run there, see `running.py`, which leaves what it says in `log.txt`
     read(folder)               the `Answer`. Raises NoAnswer where there is none, NotSettled where it says so itself
 Packages of Python have all of these from `packaged.py`, and a function `solved(problem)` for a process of its own.
