@@ -11,8 +11,7 @@ import meshio
 import numpy as np
 import pytest
 
-from softmark.interpreter.models.outside.adapters import febio, polyfem, sofa
-from softmark.interpreter.models.outside.decks import mujoco
+from softmark.interpreter.models.outside.decks import febio, mujoco, polyfem, sofa
 from softmark.interpreter.models.outside.decks.named import Named
 from softmark.interpreter.models.outside.problem import Motion, Problem, Stuff
 

@@ -18,7 +18,6 @@ from softmark.interpreter.models.fem.build import PreparedSolid
 from softmark.interpreter.models.outside import running
 from softmark.interpreter.models.outside.adapters import adapter
 from softmark.interpreter.models.outside.asked import GB, Asked
-from softmark.interpreter.models.outside.decks.named import named_of
 from softmark.interpreter.models.outside.moving import motion_of, shown, times_of
 from softmark.interpreter.models.outside.problem import Answer, Motion, NoAnswer, NotSettled, Problem
 from softmark.interpreter.models.outside.running import End
@@ -117,19 +116,15 @@ class PreparedOutside:
             problem = self.asked()
         except Untold as untold:
             return Solution("unsupported", self.model.words_of(untold.reasons), known)
-        named = named_of(self.solid, self.case) if hasattr(program, "write_named") else None
-        if reasons := program.refuses(problem) or (program.lost(problem, named) if hasattr(program, "lost") else []):
+        if reasons := program.refuses(problem):
             return Solution("unsupported", self.model.words_of(reasons), known)
         known["program"] = f"{self.model.told.title} {version}"
         with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
-            if named is None:
-                program.write(problem, Path(folder))
-            else:
-                program.write_named(problem, named, Path(folder))
             return self._asked(program, problem, Path(folder), known)
 
     def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
-        """What comes of asking a program that is there, and has its input in a folder."""
+        """What comes of asking a program that is there."""
+        program.write(problem, folder)
         model = self.model
         end = running.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
         known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
@@ -156,8 +151,7 @@ class PreparedOutside:
         held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
         moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
         slipped = float(np.abs(x[held] - values).max(initial=0.0))
-        unsure = 0.0 if answer.unsure is None else float(answer.unsure[-1].max(initial=0.0))
-        if slipped > max(HELD, TOLD * answer.rounding) * moved + TOLD * unsure:
+        if slipped > max(HELD, TOLD * answer.rounding) * moved:
             return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
         x = x.copy()
         x[held] = values  # to the last digit
@@ -185,10 +179,9 @@ class PreparedOutside:
 
     def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
         """How much of the loads the digits of an answer leave: of one draw of their rounding, always the same."""
-        each = answer.rounding * np.abs(x) + (0.0 if answer.unsure is None else answer.unsure[-1].ravel())
-        if not each.any() or not np.isfinite(residual):
+        if not answer.rounding or not np.isfinite(residual):
             return 0.0
-        drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * each
+        drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * answer.rounding * np.abs(x)
         fixed = self.solid.problem.fixed
         drawn[fixed] = 0.0
         apart = out_of_balance(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))

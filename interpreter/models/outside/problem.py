@@ -119,5 +119,4 @@ class Answer:
     rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
     steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
     turned: Floats | None = None  # (s, n, 3, 3) of the nodes of a rod
-    unsure: Floats | None = None  # (s, n, 3) m: half of the last digits of what was written as places
     unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did

@@ -44,12 +44,6 @@ class Outside(Asked):
     variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms when it is set up. All are told of bodies at rest,
     which supports hold at nodes, under loads that do not follow them.
 
-    `febio` (tet4 and hex8 at finite strain), `polyfem` (tet4 and tet10, one state) and `sofa` (tet4 of one material,
-    one state) have neo_hookean and st_venant_kirchhoff, and linear_elastic but for FEBio. They run where `febio4`,
-    `PolyFEM_bin` or `runSofa` is on the PATH. None of them was to be had where this was written: their decks, those of
-    `dsl export`, are tested as text, and their answers as files that tests write, which is unchecked. SOFA writes 6
-    digits of where points are, which is what its displacements are known to.
-
     `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
     strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.
     Steps are of `step`, with `iterations` where they iterate. Damping is that of the analysis; the integrator is the

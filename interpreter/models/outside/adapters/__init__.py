@@ -5,8 +5,7 @@ An adapter is a module here, called as its program is, or that of a plugin, with
     version()                  its number, None where it is not installed
     places()                   of ours: what of it lies on the disk, which may be another of the same number
     refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
-    write(problem, folder)     its input; of one that is told what has a name in the scene, `write_named(problem, named,
-                               folder)`, and where it tells loads by these, `lost(problem, named)`: what is none of them
+    write(problem, folder)     its input
     command(folder)            what is run there, see `running.py`, which leaves what it says in `log.txt`
     read(folder)               the `Answer`. Raises NoAnswer where there is none, NotSettled where it says so itself
 Packages of Python have all of these from `packaged.py`, and a function `solved(problem)` for a process of its own.
@@ -49,11 +48,6 @@ PROGRAMS: Mapping[str, Program] = {
         ("tet4", "tet10", "hex8", "hex27"),
         {"small": _SMALL, "finite": (*_MODULI, "stable_neo_hookean", "gent", "fung")},
     ),
-    "febio": Program(
-        "FEBio",
-        ("tet4", "hex8"),
-        {"finite": ("neo_hookean", "st_venant_kirchhoff")},
-    ),
     "felupe": Program(
         "FElupe",
         ("tet4", "tet10", "hex8", "hex20", "hex27"),
@@ -82,18 +76,7 @@ PROGRAMS: Mapping[str, Program] = {
         moves="constraints tr C = 3 and J = 1 with compliances of the moduli at rest, lumped masses, position based",
     ),
     "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
-    "polyfem": Program(
-        "PolyFEM",
-        ("tet4", "tet10"),
-        {"small": _SMALL, "finite": ("neo_hookean", "st_venant_kirchhoff")},
-    ),
     "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
-    "sofa": Program(
-        "SOFA",
-        ("tet4",),
-        {"small": _SMALL, "finite": ("neo_hookean", "st_venant_kirchhoff")},
-        several=False,
-    ),
 }
 
 

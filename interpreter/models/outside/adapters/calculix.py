@@ -9,6 +9,8 @@ Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -17,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.models.outside.adapters import PROGRAMS, on_path
+from softmark.interpreter.models.outside.adapters import PROGRAMS
 from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
 
 if TYPE_CHECKING:
@@ -54,13 +56,19 @@ _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 def version() -> str | None:
     """What it says of itself; None where it is not installed, or says nothing."""
-    found = on_path.version(program, ("-v",), r"(\S+)\s*$")
-    return None if found == on_path.UNSAID else found
+    if shutil.which(program) is None:
+        return None
+    try:
+        said = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20, check=False).stdout.split()
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return said[-1] if said else None
 
 
 def places() -> tuple[Path, ...]:
     """The file that is run; none where it is not installed."""
-    return on_path.places(program)
+    found = shutil.which(program)
+    return () if found is None else (Path(found).resolve(),)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
@@ -210,9 +218,9 @@ def command(folder: Path) -> list[str]:
 
 def read(folder: Path) -> Answer:
     """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
-    log = on_path.text(folder / LOG) if (folder / LOG).exists() else ""
+    log = _text(folder / LOG) if (folder / LOG).exists() else ""
     said = _said(log)
-    told = on_path.text(folder / f"{JOB}.inp")
+    told = _text(folder / f"{JOB}.inp")
     periods = [float(own) for own in _PERIOD.findall(told)]
     asked, count = len(periods), told.partition("*ELEMENT")[0].count("\n") - 2
     iterations, reached = _progress(folder / f"{JOB}.sta")
@@ -244,9 +252,17 @@ def _said(log: str) -> str:
     return visible("; ".join(text for _, text in found[:SAID]) + more)
 
 
+def _text(path: Path) -> str:
+    """A file of its own. Raises NoAnswer where there is none."""
+    try:
+        return path.read_text(encoding="ascii", errors="replace")
+    except OSError as error:
+        raise NoAnswer(f"it left no {path.name} ({error.strerror})") from error
+
+
 def _progress(path: Path) -> tuple[int, float]:
     """Iterations in all, and the time that was reached. Raises NoAnswer."""
-    rows = [line.split() for line in on_path.text(path).splitlines()[2:]]
+    rows = [line.split() for line in _text(path).splitlines()[2:]]
     try:
         kept = [row for row in rows if not row[2].endswith("U")]
         return sum(int(row[3]) for row in rows), max((float(row[4]) for row in kept), default=0.0)
@@ -256,7 +272,7 @@ def _progress(path: Path) -> tuple[int, float]:
 
 def _printed(path: Path) -> Iterator[Floats]:
     """Displacements (n, 3), mm, of each state that was printed, to 7 digits. Raises NoAnswer."""
-    blocks = re.split(r"^ displacements[^\n]*\n", on_path.text(path), flags=re.M)[1:]
+    blocks = re.split(r"^ displacements[^\n]*\n", _text(path), flags=re.M)[1:]
     for block in blocks:
         rows = [line.split() for line in block.splitlines() if line.strip()]
         try:

@@ -27,15 +27,15 @@ class Format:
 
 FORMATS: dict[str, Format] = {
     "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm"),
-    "febio": Format("adapters.febio", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm"),
+    "febio": Format("decks.febio", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm"),
     "gmsh": Format(
         "decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups", mesh=True
     ),
     "mujoco": Format("decks.mujoco", "a model that `simulate model.xml` shows in motion", moves=True),
     "polyfem": Format(
-        "adapters.polyfem", "a deck that `PolyFEM_bin --json model.json` runs; tested as text alone", by_name=True
+        "decks.polyfem", "a deck that `PolyFEM_bin --json model.json` runs; tested as text alone", by_name=True
     ),
-    "sofa": Format("adapters.sofa", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone"),
+    "sofa": Format("decks.sofa", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone"),
     "vtu": Format("decks.vtu", "the mesh as VTU, with forces, what is held and by how much at its nodes", mesh=True),
 }
 

@@ -1,10 +1,9 @@
-"""FEBio 4 (`febio4`, .feb of specification 4.0): a deck that was never run here, and its answer.
+"""FEBio 4 (.feb, specification 4.0): an input deck as text, which has not been run where it is tested.
 
 In mm, Pa and uN (g, mm, s), for a residual below 1e-20 is nothing to it. State k of a problem is at time k. Its lists
 have commas between their numbers; a table of nodes goes by the place of a node in its set. Displacements come out as
-`u.csv`, in mm with 12 digits, a block for each step of time.
-Source: FEBio User Manual 4, "Free format input"; laws as in FEBioMech/FENeoHookean.cpp and FEIsotropicElastic.cpp;
-what it writes as in FECore/DataRecord.cpp and FEBioLib/FEBioModel.cpp.
+`u.csv`, in mm, a block for each step of time.
+Source: FEBio User Manual 4, "Free format input"; laws as in FEBioMech/FENeoHookean.cpp and FEIsotropicElastic.cpp.
 """
 
 from __future__ import annotations
@@ -17,19 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.models.outside.adapters import PROGRAMS, on_path
-from softmark.interpreter.models.outside.problem import Answer, NoAnswer, NotSettled
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.outside.decks.named import Named
     from softmark.interpreter.models.outside.problem import Floats, Ints, Problem, Stuff
 
-title = PROGRAMS["febio"].title
-program = "febio4"
-install = "put `febio4` of FEBio 4 on the PATH (febio.org): no package of Debian or Python has it"
-
-FILE, TABLE = "model.feb", "u.csv"
-DIGITS = 5e-12  # of a number: half of the last of 12
+FILE = "model.feb"
 MM, UN = 1e3, 1e6  # its units in a metre and in a newton
 STEPS = 10  # of the load, to each state
 LAWS = {"neo_hookean": "neo-Hookean", "st_venant_kirchhoff": "isotropic elastic"}  # both have these energies there
@@ -49,11 +41,6 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
         if stuff.law not in LAWS:
             found.append((stuff.law, f"of ours it has {', '.join(LAWS)}; others are of three fields there"))
     return found
-
-
-def write_named(problem: Problem, named: Named, folder: Path) -> None:
-    """Its input."""
-    export(problem, named, folder)
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
@@ -78,7 +65,7 @@ def deck(problem: Problem, named: Named) -> Iterator[str]:
         load = '<nodal_load name="load" type="nodal_force" node_set="loaded">'
         yield from _block("Loads", (load, '<value lc="1" type="map">forces</value>', "</nodal_load>"))
     yield from _block("LoadData", _course(problem.shares))
-    yield from ("<Output>", "<logfile>", f'<node_data data="ux;uy;uz" delim="," file="{TABLE}"/>', "</logfile>")
+    yield from ("<Output>", "<logfile>", '<node_data data="ux;uy;uz" delim="," file="u.csv"/>', "</logfile>")
     yield from ('<plotfile type="febio">', '<var type="displacement"/>', "</plotfile>", "</Output>", "</febio_spec>")
 
 
@@ -168,56 +155,3 @@ def _course(shares: Sequence[float]) -> Iterator[str]:
     yield from ('<load_controller id="1" name="course" type="loadcurve">', "<interpolate>LINEAR</interpolate>")
     yield from ("<points>", *(f"<pt>{k},{s!r}</pt>" for k, s in enumerate((0.0, *shares))), "</points>")
     yield "</load_controller>"
-
-
-# ------------------------------------------------------------------ running and reading
-
-
-def version() -> str | None:
-    """That of the banner that it begins with; None where it is not on the PATH."""
-    return on_path.version(program, ("-info",), r"[Vv]ersion\s+(\d[\w.]*)")
-
-
-def places() -> tuple[Path, ...]:
-    """The file that is run."""
-    return on_path.places(program)
-
-
-def command(folder: Path) -> list[str]:
-    """What is run in the folder."""
-    return [program, "-i", FILE]
-
-
-def read(folder: Path) -> Answer:
-    """What it has left in a folder. Raises NoAnswer, NotSettled."""
-    log, told = on_path.log(folder), on_path.text(folder / FILE)
-    said = on_path.lines(log, r"(?i)^[\s*]*(error|warning|fatal)\b|negative jacobian|diverg|failed to converge")
-    if "E R R O R   T E R M I N A T I O N" in log:
-        raise NotSettled(f"it ended by error{': ' if said else ''}{said}")
-    count, asked = told.count("<node id="), told.count("<pt>") - 1
-    tables = dict(_tables_of(on_path.text(folder / TABLE)))
-    if missing := [k for k in range(1, asked + 1) if k not in tables]:
-        raise NoAnswer(f"{TABLE} has nothing of state {missing[0]} of {asked}{': ' if said else ''}{said}")
-    u = [tables[k] for k in range(1, asked + 1)]
-    if short := [len(own) for own in u if len(own) != count]:
-        raise NoAnswer(f"{TABLE} has displacements of {short[0]} nodes, of {count}")
-    iterations = re.search(r"Total number of equilibrium iterations[ .]*:\s*(\d+)", log)
-    spent = re.search(r"Total elapsed time[ .]*:[^(\n]*\(([0-9.eE+-]+) sec", log)
-    settled = True if "N O R M A L   T E R M I N A T I O N" in log else None
-    clocks = {"whole_s": float(spent[1])} if spent else {}
-    return Answer(np.array(u) / MM, settled, int(iterations[1]) if iterations else None, clocks, said, DIGITS)
-
-
-def _tables_of(told: str) -> Iterator[tuple[int, Floats]]:
-    """Displacements (n, 3), mm, at whole times, which are those of states. Raises NoAnswer."""
-    for block in re.split(r"^\*Step[^\n]*\n", told, flags=re.M)[1:]:
-        time = re.search(r"^\*Time\s*=\s*(\S+)", block, flags=re.M)
-        rows = [line.split(",") for line in block.splitlines() if line.strip() and not line.startswith("*")]
-        try:
-            at, table = float(time[1] if time else ""), np.array(rows, dtype=np.float64)
-        except ValueError as error:
-            raise NoAnswer(f"{TABLE} holds what is no table of displacements") from error
-        if table.ndim != 2 or table.shape[1] != 4 or (table[:, 0] != np.arange(1, len(table) + 1)).any():
-            raise NoAnswer(f"{TABLE} does not have the displacements of all nodes in turn")
-        if abs(at - round(at)) < 0.01 / STEPS:
-            yield round(at), table[:, 1:]

@@ -1,4 +1,4 @@
-"""PolyFEM (`PolyFEM_bin`, json-specs/input-spec.json of 2024 and later): a deck never run here, and its answer.
+"""PolyFEM (.json, json-specs/input-spec.json of 2024 and later): a deck as text, which has not been run here.
 
 In SI. Linear tetrahedra, or quadratic ones that are straight: the mesh beside it is of corners, in `decks/gmsh.py`'s
 words, whose volumes are its materials, and `discr_order` makes the rest. Surfaces are selected by spheres around the
@@ -6,7 +6,7 @@ middles of facets, a number for each set of conditions on them. Displacements ar
 force of all materials, `rhs`, which is what it is taken from, so that gravity g is written -g, and tractions on whole
 facets. A pressure, which at small strain keeps its direction, is told as the traction of each facet:
 `pressure_boundary` follows the body. What a load means is found of its forces on nodes, and refused where these are
-of neither. Its answer is a mesh of its own, whose points are found where our nodes are.
+of neither.
 Source: its JSON specification, and docs/tutorials/getting_started.md; laws as in LinearElasticity.cpp,
 SaintVenantElasticity.cpp and NeoHookeanElasticity.cpp.
 """
@@ -21,9 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.models.outside.adapters import PROGRAMS, on_path
 from softmark.interpreter.models.outside.decks import gmsh
-from softmark.interpreter.models.outside.problem import Answer, NoAnswer
 from softmark.records import dataclass
 from softmark.solvers.elements.tet10 import EDGES
 from softmark.solvers.mesh.mesh import Mesh
@@ -32,14 +30,9 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.outside.decks.named import Named
     from softmark.interpreter.models.outside.problem import Floats, Ints, Problem
 
-title = PROGRAMS["polyfem"].title
-program = "PolyFEM_bin"
-install = "put `PolyFEM_bin` on the PATH (polyfem.github.io): no package of Debian or Python has it"
-
-FILE, ANSWER, NODES = "model.json", "answer.vtu", "nodes.npy"
+FILE = "model.json"
 LAWS = {"linear_elastic": "LinearElasticity", "neo_hookean": "NeoHookean", "st_venant_kirchhoff": "SaintVenant"}
 ORDERS = {"tet4": 1, "tet10": 2}
-NEAR = 1e-6  # of the size: where a point of its mesh is a node of ours
 SAME = 1e-9  # of the greatest: how far forces and places may be from those that are told
 
 
@@ -104,7 +97,7 @@ def deck(problem: Problem, named: Named) -> dict[str, Any]:
         "materials": [_material(i, problem) for i in range(len(problem.stuff))],
         "space": {"discr_order": ORDERS[problem.element]},
         "boundary_conditions": _conditions(body, acted),
-        "output": {"paraview": {"file_name": ANSWER}},
+        "output": {"paraview": {"file_name": "answer.vtu"}},
     }
 
 
@@ -235,50 +228,3 @@ def _corners(problem: Problem, named: Named) -> tuple[Problem, Named]:
     supports = {name: number[np.intersect1d(own, used)] for name, own in named.supports.items()}
     mesh = replace(problem, points=problem.points[used], cells=cells.reshape(-1, 4).astype(np.int64), element="tet4")
     return mesh, replace(named, facets=facets, supports=supports)
-
-
-# ------------------------------------------------------------------ running and reading
-
-
-def version() -> str | None:
-    """None where it is not on the PATH; it does not say which it is."""
-    return on_path.version(program)
-
-
-def places() -> tuple[Path, ...]:
-    """The file that is run."""
-    return on_path.places(program)
-
-
-def write_named(problem: Problem, named: Named, folder: Path) -> None:
-    """Its input, and where our nodes are."""
-    export(problem, named, folder)
-    np.save(folder / NODES, problem.points)
-
-
-def command(folder: Path) -> list[str]:
-    """What is run in the folder, with as many threads as other programs may have there."""
-    run = f"exec {program} --json {FILE} --output_dir . --max_threads $OMP_NUM_THREADS"
-    return ["sh", "-c", run]
-
-
-def read(folder: Path) -> Answer:
-    """What it has left in a folder. Raises NoAnswer."""
-    from scipy.spatial import cKDTree
-
-    from softmark.interpreter.models.results.readers.vtu import read_moment
-    from softmark.references.measured import Unreadable
-
-    said, X = on_path.lines(on_path.log(folder), r"\[(error|critical|warning)\]"), np.load(folder / NODES)
-    if not (folder / ANSWER).exists():
-        raise NoAnswer(f"it left no {ANSWER}{': ' if said else ''}{said}")
-    try:
-        found = read_moment(folder / ANSWER)
-    except Unreadable as broken:
-        raise NoAnswer(str(broken)) from broken
-    if "solution" not in found.vectors:
-        raise NoAnswer(f"{ANSWER} has no vectors `solution`; it has {', '.join(found.vectors) or 'none'}")
-    apart, which = cKDTree(found.points).query(X)
-    if far := int((apart > NEAR * np.ptp(X, axis=0).max()).sum()):
-        raise NoAnswer(f"{ANSWER} has no point at {far} of {len(X)} nodes")
-    return Answer(found.vectors["solution"][which][None], said=said)
