@@ -125,7 +125,7 @@ def _moving(declared: Declared, case: Case, workshop: Workshop) -> tuple[Problem
     model = _ours(declared).thing
     if found := reasons(model, case, moves=True):
         raise Untold(found)
-    if model.mass != "lumped":
+    if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # which has no such field
         raise Untold([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
     theirs = declared.thing
     if not isinstance(theirs, Outside) or not theirs.told.moves:
@@ -190,7 +190,8 @@ def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
         declared.at(),
         f"`{declared.name}` cannot be exported to {to}: {listed}",
         "has no words there",
-        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has",
+        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has; "
+        "what all models share, of the body, its analysis and what acts on it, is to be left out of a copy of the scene",
     )
 
 
