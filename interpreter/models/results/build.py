@@ -13,9 +13,11 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.results.matching import POSITION, Floats, Matched, Unmatched, matched
+from softmark.interpreter.models.results.matching import POSITION, Floats, Matched, matched
 from softmark.interpreter.models.results.readers import read
+from softmark.interpreter.models.results.readers.moments import counted
 from softmark.interpreter.models.results.told import Told
+from softmark.interpreter.models.results.unmatched import Unmatched
 from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.deformed import Deformed
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
@@ -36,6 +38,7 @@ SIMILAR = 0.05  # of a volume: more is said
 SAME = 1e-6  # of a time or a state: the same
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
 NEAR = 0.05  # of a factor
+ROW = "write a row for each point of a probe"
 ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
 MOVED = (
     "its points have moved already: less their displacements they are those of the body",
@@ -80,8 +83,10 @@ class PreparedResults(Meshless):
         it is known at its points alone and X are others."""
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
-            beside = f"its points span no volume, and a probe looks {units.show(far, units.LENGTH)} beside them"
-            raise _unusable(self.declared, Unmatched(beside, "write a row for each point of a probe, or a mesh"))
+            away = f"a probe looks {units.show(far, units.LENGTH)} beside them"
+            if self.found.wired:
+                raise _unusable(self.declared, Unmatched(f"between its points a rod is bent, and {away}", ROW))
+            raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
         return far if far > _within(self.declared.thing, self.case) else 0.0
 
     def solve(self, watch: Watch) -> Solution:
@@ -114,7 +119,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
     fits, notes = workshop.meshes[*key, model.within]
-    facts = {"field": found.name, **said, **fits, "unused": list(told.left)}
+    facts = {"field": found.name, **said, **fits, "unused": _unused(told, case)}
     return PreparedResults(declared, case, found, times, u, facts, notes)
 
 
@@ -130,7 +135,8 @@ def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, T
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
     nodes: Mesh | None = located(case.shape, declared.at("by")).named() if model.by == "nodes" else None
     try:
-        return matched(told, model.at, rest, model.unit, model.time, nodes), told
+        depth = case.body.thing.thickness if case.planar else None
+        return matched(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
     except Unmatched as error:
         raise _unusable(declared, error) from None
 
@@ -138,6 +144,12 @@ def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, T
 def _unusable(declared: Declared, error: Unmatched) -> Fault:
     at = declared.at("at") if "at" in declared.fields else declared.at("path")
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
+
+
+def _unused(told: Told, case: Case) -> list[str]:
+    """What of a file nothing looks at, in words: plane cells are what a plane body is matched by."""
+    seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
+    return [word for word in told.left if word != seen]
 
 
 # ------------------------------------------------------------------ which of its times
@@ -230,7 +242,7 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
     A table along a line or on a surface covers no body, and must not: its probes are looked at where they lie.
     """
     low, high = body.min(axis=0), body.max(axis=0)
-    beyond = float(np.maximum(low - found.X, found.X - high).max())
+    beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())
     far = float(found.outside(body).max(initial=0.0)) if found.spans else 0.0
     return far, max(0.0, beyond)
 

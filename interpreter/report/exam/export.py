@@ -191,7 +191,7 @@ def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
         f"`{declared.name}` cannot be exported to {to}: {listed}",
         "has no words there",
         "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has; "
-        "what all models share, of the body, its analysis and what acts on it, is to be left out of a copy of the scene",
+        "what all models share, the body, its analysis and what acts on it, is to be left out of a copy of the scene",
     )
 
 
