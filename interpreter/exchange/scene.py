@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from softmark.interpreter.exchange.units import Unasked, Units
 
 FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
 FORCES = 400  # nodes with forces of their own
+DUST = 1e-16  # of the greatest force: below what a double keeps beside it
 NEAR = 1e-3  # of the shortest distance between nodes: what is this near to a node's place is the node
 WIDE = 100
 
@@ -117,6 +118,10 @@ class _Writer:
             yield f"region {region} = group(body, {_quoted(region)}, material = {name})"
         for told in deck.groups:
             yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
+        for own in deck.named:
+            region = self.name("group", own.name)
+            (self.surfaces if own.faces else self.sets)[region] = own.members
+            yield f"region {region} = group(body, {_quoted(region)})"
         yield ""
         yield from self._acting()
         yield ""
@@ -227,17 +232,26 @@ class _Writer:
             yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
 
     def _forces(self, forces: Sequence[AtNodes]) -> Iterator[str]:
-        many = sum(len(force.nodes) for force in forces)
+        known = self._sized(forces)
+        many = sum(len(force.nodes) for force in known)
         if many > FORCES:
-            total = np.sum([len(f.nodes) * np.array(f.force) for f in forces], axis=0) * self.units.of_force(1.0)
+            total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
             self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
                                        f"a scene says them one by one, {FORCES} at most"))  # fmt: skip
             return
-        for force in forces:
+        for force in known:
             vector = _vector([self.units.of_force(v) for v in force.force])
             for node in force.nodes.tolist():
                 at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
+
+    def _sized(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
+        """Forces without what rounding has left in them, which may be smaller than any quantity of a scene."""
+        least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
+        if any(0.0 < abs(v) < least for force in forces for v in force.force):
+            self.deck.taken.append(f"components of forces below {DUST:g} of the greatest are rounding, and 0")
+        told = [replace(f, force=tuple(v if abs(v) >= least else 0.0 for v in f.force)) for f in forces]
+        return [force for force in told if any(force.force)]
 
 
 def _constructor(told: str) -> str:
