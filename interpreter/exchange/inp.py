@@ -103,6 +103,7 @@ class _Reader:
         self.loads = Loads()
         self.before: Loads | None = None
         self.other_step: Card | None = None
+        self.open: Card | None = None  # a step that has not ended
         self.finite = self.static = False
         self.steps = self.instances = 0
         self.left: list[Left] = []
@@ -204,6 +205,8 @@ class _Reader:
 
     def _step(self, card: Card) -> None:
         self.steps += 1
+        self._ended()
+        self.open = card
         self.before, self.other_step = self.loads, None
         self.loads = self.loads.copied()
         if "PERTURBATION" in card.options:
@@ -216,7 +219,13 @@ class _Reader:
         if "RIKS" in card.options:
             self.left.append(Left("RIKS of *STATIC", "`static(path = arc_length)` would follow it", card.line))
 
+    def _ended(self) -> None:
+        """Raises Unreadable in a step: what would have followed may be loads."""
+        if self.open is not None:
+            raise Unreadable(f"{self.open.file}:{self.open.line}", "the step that begins here has no *END STEP", AGAIN)
+
     def _end(self, card: Card) -> None:
+        self.open = None
         if self.other_step is not None and self.before is not None:
             what, self.loads = self.other_step, self.before
             self.left.append(Left(f"a step of *{what.keyword}", "only steps of *STATIC are carried over", what.line))
@@ -228,6 +237,7 @@ class _Reader:
 
     def deck(self, path: Path) -> Deck:
         """All of it. Raises Unreadable, Foreign."""
+        self._ended()
         kind, numbers, cells = self._cells(path)
         used, cells = np.unique(cells, return_inverse=True)
         cells = cells.reshape(len(numbers), -1).astype(np.int64)

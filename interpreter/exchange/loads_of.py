@@ -125,7 +125,8 @@ class Loads:
             self.presses = [p for p in self.presses if p not in same]
             self.presses.append(Push(row[0], label, value, card, self.step))
             return
-        yield Left(f"`{label}` of *{card.keyword} on `{row[0]}`", "only P, P1 to P6 and GRAV are read", card.line)
+        why = "only P, P1 to P6 and GRAV are read" if label != "GRAV" else "it has no size and direction"
+        yield Left(f"`{label}` of *{card.keyword} on `{row[0]}`", why, card.line)
 
     # -------------------------------------------------------------- together
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
 SIMILAR = 0.05  # of a volume: more is said
+FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
 SAME = 1e-6  # of a time or a state: the same
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
 NEAR = 0.05  # of a factor
@@ -119,6 +120,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
     fits, notes = workshop.meshes[*key, model.within]
+    notes = (*notes, *_gaps(declared, times))
     facts = {"field": found.name, **said, **fits, "unused": _unused(told, case)}
     return PreparedResults(declared, case, found, times, u, facts, notes)
 
@@ -192,6 +194,19 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
     share = (duration - times[last - 1]) / (times[last] - times[last - 1])
     end = (1.0 - share) * found.u[last - 1] + share * found.u[last]
     return np.append(times[:last], duration), np.concatenate([found.u[:last], end[None]])
+
+
+def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
+    """That moments of a motion, at times (t,), s, seem to be missing."""
+    if times is None or len(times) < FEW:
+        return
+    steps = np.diff(times)
+    usual, i = float(np.median(steps)), int(np.argmax(steps))
+    if steps[i] > GAP * usual:
+        start, end = (units.show(float(t), units.TIME) for t in times[i : i + 2])
+        yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing between {start} "
+                         f"and {end}, {steps[i] / usual:.3g} times its usual step", "moments are missing?",
+                         "in between displacements are taken for linear: write all moments")  # fmt: skip
 
 
 def _end(times: Floats | None, which: int) -> float | None:

@@ -19,6 +19,23 @@ Floats = NDArray[np.float64]
 
 POSITION = "position"
 USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
+# what vectors are that are no displacements, by how their names begin, in small letters
+OTHERS = (
+    "velo",
+    "acce",
+    "forc",
+    "reac",
+    "norm",
+    "stre",
+    "stra",
+    "trac",
+    "flux",
+    "heat",
+    "grad",
+    "coor",
+    "mome",
+    "rota",
+)
 
 
 @dataclass(frozen=True)
@@ -136,6 +153,8 @@ def matched(
     mesh = None if wired else _mesh(unit * X, told)
     if depth is not None:
         one_layer(unit * X, mesh)
+    if mesh is None:
+        _once(X, u)
     return Matched(unit * X, unit * u, times, mesh, name, depth is not None, wired)
 
 
@@ -173,9 +192,23 @@ def _name(told: Told, at: str) -> str:
             raise Unmatched(f"it has no vectors `{at}` at its points", f"{has}; {other}")
         return at
     usual = [n for n in told.fields if n.lower() in USUAL]
-    if len(usual) == 1 or len(told.fields) == 1:
-        return (usual or list(told.fields))[0]
+    if len(usual) == 1:
+        return usual[0]
+    if len(told.fields) == 1 and not (only := next(iter(told.fields))).lower().startswith(OTHERS):
+        return only
     raise Unmatched(f"it does not say which vectors are displacements: {has}", f'name them, `at = "..."`; {other}')
+
+
+def _once(X: Floats, u: Floats) -> None:
+    """Raises Unmatched where points X (n, 3) without cells are one, and move apart by u (t, n, 3)."""
+    extent = float(np.ptp(X, axis=0).max())
+    order = np.lexsort(np.round(X / (SAME * extent or 1.0)).T)
+    same = np.abs(np.diff(X[order], axis=0)).max(axis=1, initial=0.0) <= SAME * extent
+    apart = np.abs(np.diff(u[:, order], axis=1)).max(axis=(0, 2)) > SAME * max(float(np.abs(u).max()), 1e-300)
+    if len(wrong := np.flatnonzero(same & apart)):
+        one, other = sorted(order[wrong[0] : wrong[0] + 2].tolist())
+        reason = f"its points {one} and {other}, counted from 0, lie in one place and move apart"
+        raise Unmatched(reason, "leave one of them out, or give a file with cells, which say whose they are")
 
 
 def _mesh(X: Floats, told: Told) -> Mesh | None:
