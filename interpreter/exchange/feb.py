@@ -102,8 +102,8 @@ class _Reader:
         points: dict[int, list[float]] = {}
         for nodes in mesh.findall("Nodes"):
             for node in nodes:
-                number, X = self.words.whole(node.get("id")), self.words.floats(node.text, 3).tolist()
-                if points.setdefault(number, X) != X:
+                number, at = self.words.whole(node.get("id")), self.words.floats(node.text, 3).tolist()
+                if points.setdefault(number, at) != at:
                     raise self.words.wrong(f"two nodes are called {number}, in two places")
         blocks: dict[str, list[list[int]]] = {}
         self.ids: list[int] = []
@@ -136,9 +136,9 @@ class _Reader:
         materials = {own.get("name", ""): own for own in self._section("Material")}
         materials |= {own.get("id", ""): own for own in self._section("Material")}
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
-        for own in self._section("MeshDomains"):
-            for odd in (*sorted(own.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in own)):
-                self._leave(f"`{odd[:40]}` of the domain `{own.get('name', '')[:60]}`", "cells are as they are here")
+        for domain in self._section("MeshDomains"):
+            for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
+                self._leave(f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`", "cells are as they are here")
         together_: dict[str, list[int]] = {}
         for name, first, last in self.domains:
             together_.setdefault(of.get(name, ""), []).extend(range(first, last))

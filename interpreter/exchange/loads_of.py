@@ -133,8 +133,8 @@ class Loads:
     def asked(self) -> tuple[set[str], set[str]]:
         """The sets of nodes and elements that something acts on, and the surfaces, by their names."""
         on = {p.who for p in self.presses if p.card.keyword == "DSLOAD"}
-        sets = {who for who, _ in (*self.moved, *self.forced)} | {own.who for own in (*self.presses, *self.weights)}
-        return sets - on, on
+        sets = {who for who, _ in (*self.moved, *self.forced)} | {own.who for own in self.weights}
+        return sets | {p.who for p in self.presses} - on, on
 
     def holds(self, nodes: Nodes) -> list[Hold]:
         """Supports: each set with its directions, where no other says something else of the same nodes."""

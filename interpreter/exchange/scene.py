@@ -250,8 +250,11 @@ class _Writer:
         least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
         if any(0.0 < abs(v) < least for force in forces for v in force.force):
             self.deck.taken.append(f"components of forces below {DUST:g} of the greatest are rounding, and 0")
-        told = [replace(f, force=tuple(v if abs(v) >= least else 0.0 for v in f.force)) for f in forces]
-        return [force for force in told if any(force.force)]
+        told = []
+        for own in forces:
+            x, y, z = (v if abs(v) >= least else 0.0 for v in own.force)
+            told += [replace(own, force=(x, y, z))] if x or y or z else []
+        return told
 
 
 def _constructor(told: str) -> str:
