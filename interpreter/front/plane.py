@@ -26,7 +26,6 @@ from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Tensile, Turning
@@ -178,8 +177,6 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
                              "`plane_strain(...)`")  # fmt: skip
         return
     kind, at = WHAT[case.planar], declared.at()
-    if isinstance(thing, Results):
-        return  # a file says what it says
     if not isinstance(thing, Fem):
         yield diagnostic("E543", at, f"`{declared.name}` knows no {kind}", "not for plane bodies",
                          f"use `fem` with {QUADS}")  # fmt: skip

@@ -327,3 +327,14 @@ model theirs = results("{tmp_path / "a.csv"}", unit = 1 m)
     assert loads(text.replace("PLACE", "1")).run().models["theirs"].metrics["sunk"].value == 0.125
     with pytest.raises(SceneError, match=r"E701.*between its points a rod is bent"):
         loads(text.replace("PLACE", "0.5")).run()
+
+
+def test_a_file_is_judged_whatever_the_body_is_made_of(tmp_path: Path) -> None:
+    """Fibres that pull, of which a model must know much: a file says what it says."""
+    fibres = (
+        "transversely_isotropic(shear = 4 kPa, bulk = 20 kPa, k1 = 5 kPa, k2 = 2, density = 1000 kg/m^3, fibres = +x)"
+    )
+    muscle = f"material gel = active({fibres}, tension = 2 kPa)"
+    text = SCENE.replace(SCENE.splitlines()[2], muscle)
+    model = loads(f'{text}model theirs = results("{written(tmp_path / "a.vtu", unit=1.0)}", unit = 1 mm)\n').run()
+    np.testing.assert_allclose(measured(model.models["theirs"]), [END[0], -END[2]], rtol=1e-12)

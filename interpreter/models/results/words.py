@@ -41,7 +41,7 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    bedded = touches = wired = composite = graded = directed = remembers = soaks = True
+    bedded = touches = wired = composite = graded = directed = remembers = soaks = read = True
     timed = False
     unwalked = "a file says what it says, whatever is walked"
     forceless = f"{NOTHING} nothing of forces"
