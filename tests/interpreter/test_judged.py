@@ -338,3 +338,27 @@ def test_a_file_is_judged_whatever_the_body_is_made_of(tmp_path: Path) -> None:
     text = SCENE.replace(SCENE.splitlines()[2], muscle)
     model = loads(f'{text}model theirs = results("{written(tmp_path / "a.vtu", unit=1.0)}", unit = 1 mm)\n').run()
     np.testing.assert_allclose(measured(model.models["theirs"]), [END[0], -END[2]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("times", "start", "said"),
+    [
+        ([0, 1, 2, 3, 8, 9, 10], 0, "tells nothing between 3 ms and 8 ms, 5 times its usual step"),
+        (range(11), 3, "displaced by 3 mm at 0 s, where a motion begins undeformed"),
+        ([0, 1, 2, 4, 6, 8, 10], 0, None),
+    ],
+)
+def test_a_motion_that_lacks_moments_is_said(tmp_path: Path, times: list[int], start: int, said: str | None) -> None:
+    """Places are those of the eight corners; all of the top moves by as many mm as its time in ms."""
+    rows = [
+        f"{t},{x},{y},{z},0,0,{-(t + start) * z / 20}" for t in times for x in (0, 40) for y in (0, 20) for z in (0, 20)
+    ]
+    (tmp_path / "a.csv").write_text("\n".join(["time,X,Y,Z,ux,uy,uz", *rows, ""]))
+    text = SCENE.replace("(37, 11, 17)", "(40, 20, 20)").replace("probe    axis", "# probe axis")
+    moving = (
+        f'{text}analysis fall = dynamic(duration = 10 ms, step = 1 ms)\nmodel theirs = results("{tmp_path / "a.csv"}", '
+    )
+    report = loads(f"{moving}unit = 1 mm, time = 1 ms)\n").run()
+    found = [w.message for w in report.warnings if w.code == "W701"]
+    assert len(found) == (said is not None)
+    assert said is None or said in found[0]

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
 SIMILAR = 0.05  # of a volume: more is said
+MOVES = 0.01  # of the greatest displacement: at the start it is none
 FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
 SAME = 1e-6  # of a time or a state: the same
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
@@ -120,7 +121,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
     fits, notes = workshop.meshes[*key, model.within]
-    notes = (*notes, *_gaps(declared, times))
+    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u))
     facts = {"field": found.name, **said, **fits, "unused": _unused(told, case)}
     return PreparedResults(declared, case, found, times, u, facts, notes)
 
@@ -172,8 +173,13 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
     of = "time" if isinstance(analysis, Quasistatic) else "state"
     shown = units.show(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
     has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
-    raise fault("E703", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has,
-                "write a series (.pvd) with one entry for each, or leave `states` out of the analysis")  # fmt: skip
+    remedy = "write a series (.pvd) with one entry for each, or leave `states` out of the analysis"
+    if of == "time":
+        remedy = (
+            "write a series (.pvd) with a moment at each of the times that are asked for, in its unit, `time = 1 ms`"
+        )
+    at_file = declared.at("path")
+    raise fault("E703", at_file, f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has, remedy)
 
 
 def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
@@ -183,7 +189,7 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
         raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
                     "or a table with a column of times")  # fmt: skip
     step = float(np.diff(times).max())
-    if times[0] > SAME * duration or times[-1] < duration - SAME * duration:
+    if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
         span = f"from {units.show(float(times[0]), units.TIME)} to {units.show(float(times[-1]), units.TIME)}"
         raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
                     f"asked for: 0 to {units.show(duration, units.TIME)}",
@@ -207,6 +213,18 @@ def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
         yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing between {start} "
                          f"and {end}, {steps[i] / usual:.3g} times its usual step", "moments are missing?",
                          "in between displacements are taken for linear: write all moments")  # fmt: skip
+
+
+def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
+    """That a motion, displacements u (t, n, 3), m, does not begin where the body is undeformed."""
+    if times is None:
+        return
+    start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
+    if start > MOVES * most:
+        by, name = units.show(start, units.LENGTH), Path(declared.thing.path).name
+        problem = f"{name} has `{declared.name}` displaced by {by} at 0 s, where a motion begins undeformed"
+        remedy = "write the motion from its first moment on, at its own times"
+        yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
 
 
 def _end(times: Floats | None, which: int) -> float | None:
