@@ -198,7 +198,7 @@ def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
         inside = parts.has(t[:, None] + parts.beside).all(axis=1)
         held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
         if deep.any():
-            deep[deep] = _sharp(contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep])
+            deep[deep] = _sharp(contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep])
         behind |= bool(deep.any())
         for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _standing_planes)):
             if on.any():
@@ -210,11 +210,11 @@ def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
     return None, True
 
 
-def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats) -> NDArray[np.bool_]:
-    """At which places of parts the body has an edge or a tip: around it of what is round facets are chords.
+def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> NDArray[np.bool_]:
+    """At which places of parts, g (k,) deep, m, the body has an edge or a tip: around what is round facets are chords.
 
     These cut in by as much as they are flat, which takes nothing from how well forces are met; kept outside of it, they
-    would be as if it were larger.
+    would be as if it were larger. No chord of what is so round goes deeper than one looks around.
     """
     x, size = np.einsum("kqa,kai->kqi", parts.shapes(t[:, None]), where), np.linalg.norm(np.ptp(where, axis=1), axis=1)
     ways = np.vstack([np.eye(3), -np.eye(3)]) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
@@ -223,16 +223,16 @@ def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats) -> NDArray
     if contact.flat:
         n[:, :, 2] = 0.0
     found: NDArray[np.bool_] = np.linalg.norm(n[:, :, None] - n[:, None], axis=3).max(axis=(1, 2), initial=0.0) > TURNS
-    return found
+    return found | (g < -BROAD * size)
 
 
 def off(contact: Any, x: Floats, times: float = 1.0) -> bool:
-    """Whether a point that has joined presses where the body is not, by that much."""
+    """Whether a point that has joined presses where the body's surface is not, by that much: before it, or inside."""
     if contact.extra is None:
         return False
     joined, on = contact.places(x)[contact.lasting :], contact.pressures(x)[contact.lasting :] > 0.0
     size = float(np.linalg.norm(np.ptp(contact.facing.X, axis=1), axis=1).max())
-    return bool(np.any(on & (contact.body.gap(joined) > contact.barrier.distance + times * OFF * size)))
+    return bool(np.any(on & (np.abs(contact.body.gap(joined)) > contact.barrier.distance + times * OFF * size)))
 
 
 def _deepest(parts: Parts, where: Floats, gap: Gap, reach: float = np.inf) -> tuple[Floats, Floats]:
