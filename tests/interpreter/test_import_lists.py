@@ -11,7 +11,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.exchange import formats, scene, units
-from softmark.interpreter.exchange.record import Deck
+from softmark.interpreter.exchange.record import Deck, Foreign
 from softmark.references.measured import Unreadable
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
@@ -140,3 +140,50 @@ def test_what_goes_out_to_calculix_comes_in_again(tmp_path: Path) -> None:
     there, here = (softmark.load(own).run().models[name] for own, name in ((first, "m"), (again, "fe")))
     there_u, here_u = there.probes["p"].displacement, here.probes["p"].displacement
     np.testing.assert_allclose(here_u, there_u, rtol=0.0, atol=1e-10 * np.abs(there_u).max())
+
+
+SLIT = """*NODE
+1, 0, 0, 0\n2, 0, 10, 0\n3, 10, 0, 0\n4, 10, 10, 0\n5, 20, 0, 0\n6, 20, 10, 0
+7, 0, 0, 10\n8, 0, 10, 10\n9, 10, 0, 10\n10, 10, 10, 10\n11, 20, 0, 10\n12, 20, 10, 10
+13, 0, 0, 20\n14, 0, 10, 20\n15, 10, 0, 20\n16, 10, 10, 20\n17, 20, 0, 20\n18, 20, 10, 20
+19, 10, 0, 0\n20, 10, 10, 0
+*ELEMENT, TYPE=C3D8, ELSET=E
+1, 1, 3, 4, 2, 7, 9, 10, 8
+2, 19, 5, 6, 20, 9, 11, 12, 10
+3, 7, 9, 10, 8, 13, 15, 16, 14
+4, 9, 11, 12, 10, 15, 17, 18, 16
+*MATERIAL, NAME=M
+*ELASTIC
+1., 0.3
+*DENSITY
+1e-9
+*SOLID SECTION, ELSET=E, MATERIAL=M
+*BOUNDARY
+13, 1, 3\n14, 1, 3\n15, 1, 3\n16, 1, 3\n17, 1, 3\n18, 1, 3
+*STEP
+*STATIC
+*CLOAD
+5, 1, 0.1
+19, 1, 0.2
+*END STEP
+"""
+
+
+def test_nodes_of_a_slit_are_nodes_of_their_own(tmp_path: Path) -> None:
+    """Places are those of two nodes each: the cells stay apart, and a force on one of them is listed."""
+    (tmp_path / "slit.inp").write_text(SLIT)
+    assert main(["import", str(tmp_path / "slit.inp"), "--units", "mm-t-s", "--out", str(tmp_path / "s.scene")]) == 0
+    text = (tmp_path / "s.scene").read_text()
+    assert "not carried over: forces on 1 nodes, (0.2, 0.0, 0.0) N in all" in text
+    ends = "".join(f"probe p{x} = point(body, at = ({x}, 5, 0) mm)\n" for x in (5, 15))
+    (tmp_path / "s.scene").write_text(text + ends)
+    model = softmark.load(tmp_path / "s.scene").run().models["fe"]
+    left, right = (model.probes[name].displacement[0, 0] for name in ("p5", "p15"))
+    assert right > 5 * abs(left) > 0  # what is pulled is not what lies beside it
+
+
+def test_a_deck_of_two_pieces_is_refused(tmp_path: Path) -> None:
+    lower = SLIT.replace("3, 7, 9, 10, 8, 13, 15, 16, 14\n4, 9, 11, 12, 10, 15, 17, 18, 16\n", "")
+    (tmp_path / "two.inp").write_text(lower.replace("19, 5, 6, 20, 9, 11, 12, 10", "19, 5, 6, 20, 15, 17, 18, 16"))
+    with pytest.raises(Foreign, match="2 pieces that share no nodes"):
+        scene.written(formats.read(tmp_path / "two.inp"), units.told("mm-t-s", None, None, None), scene.Filled(), "x")
