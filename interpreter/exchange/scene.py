@@ -68,9 +68,9 @@ def _one_piece(deck: Deck) -> None:
     """Raises Foreign of cells in pieces that share no nodes."""
     width = deck.cells.shape[1]
     part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
-    if many := int(part.max()):
+    if (many := len(np.unique(part[deck.cells[:, 0]]))) > 1:
         raise Foreign(
-            f"{deck.title} has {many + 1} pieces that share no nodes", "a body is one piece: write each to a deck"
+            f"{deck.title} has {many} pieces that share no nodes", "a body is one piece: write each to a deck"
         )
 
 
@@ -126,8 +126,7 @@ class _Writer:
         unit = self.units.length.text
         kept = ", coincident = keep" if len(self.doubled) else ""
         if kept:
-            deck.taken.append(f"{len(self.doubled)} of its nodes lie where others do, and each is its own: nothing joins "
-                              "them")  # fmt: skip
+            deck.taken.append(f"{len(self.doubled)} nodes lie where others do, and each is its own: nothing joins them")
         yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
             region = self.name("part", part.name)
