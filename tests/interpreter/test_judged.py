@@ -362,3 +362,16 @@ def test_a_motion_that_lacks_moments_is_said(tmp_path: Path, times: list[int], s
     found = [w.message for w in report.warnings if w.code == "W701"]
     assert len(found) == (said is not None)
     assert said is None or said in found[0]
+
+
+def test_results_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    """As in `one/job.frd two/job.frd`."""
+    for folder, factor in (("one", 1.0), ("two", 2.0)):
+        (tmp_path / folder).mkdir()
+        written(tmp_path / folder / "job.vtu", factor)
+    (tmp_path / "s.scene").write_text(SCENE)
+    files = [str(tmp_path / folder / "job.vtu") for folder in ("one", "two")]
+    told = tmp_path / "r.json"
+    assert main(["judge", str(tmp_path / "s.scene"), *files, "--unit", "1mm", "--json", str(told)]) == 0
+    found = json.loads(told.read_text())["models"]
+    assert found["job_2"]["metrics"]["out"]["value"] == pytest.approx(2 * found["job"]["metrics"]["out"]["value"])
