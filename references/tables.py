@@ -20,6 +20,7 @@ SEPARATORS = (",", ";", "\t")
 BEFORE = 1000  # lines, among which the header is looked for
 SHOWN = 12  # columns that a message lists
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # float() reads more: 1_000, nan, infinity
+COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")  # a number with a decimal comma
 LARGEST = 1e30  # what quantities of a scene are as well
 _PART = r"(?:[^\W\d_]|[%°])+\.?(?:(?:\^|\*\*)?-?\d)?"
 _UNIT = rf"(?:1/)?{_PART}(?:[*/·. ]{_PART})*"  # `kN/m^2`, `°C`, `Sekunden`
@@ -66,6 +67,9 @@ def header(file: Path) -> tuple[str, ...]:
     """What seem to be the names of a file's columns. Raises Unreadable where there are none."""
     text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
     likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
+    if likely and all(map(COMMA.fullmatch, likely)):
+        remedy = f"the decimal sign is a point: `{likely[0].replace(',', '.')}`"
+        raise Unreadable(file.name, f"its numbers have commas: `{likely[0]}`", remedy)
     if not likely:
         raise Unreadable(file.name, "it names no columns", "the line above its numbers must name the columns")
     return tuple(likely)
@@ -157,7 +161,7 @@ def _number(name: str, row: Row, column: str, i: int) -> float:
     if not text:
         raise Unreadable(name, f"{at}: there is no number", "give one, or leave the row out")
     if not NUMBER.fullmatch(text):
-        comma = re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", text)
+        comma = COMMA.fullmatch(text)
         apart = re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+\.\d*([eE][+-]?\d+)?", text)
         help = f"the decimal sign is a point: `{text.replace(',', '.')}`" if comma else "leave the row out"
         help = f"nothing stands between thousands: `{text.replace(',', '')}`" if apart else help

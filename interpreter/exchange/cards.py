@@ -53,7 +53,7 @@ def _of_text(data: bytes, name: str) -> Iterator[Card]:
         raise Unreadable(name, "it is no text", AGAIN)
     card: Card | None = None
     open_line = False  # a line of a keyword that ends with a comma goes on below
-    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
+    for number, line in enumerate(data.decode("utf-8-sig", errors="replace").splitlines(), start=1):
         words = [w.strip() for w in line.split(",")]
         if line.startswith("**") or not line.strip():
             continue

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softmark.interpreter.exchange import sets
 from softmark.interpreter.exchange.loads_of import alike, together
 from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.interpreter.exchange.xml_words import Words, child
@@ -52,6 +53,7 @@ class _Reader:
         self.top = parsed(path.name, path.read_bytes(), "febio_spec")
         self.left: list[Left] = []
         self.place: dict[int, int] = {}
+        self.asked: set[str] = set()  # sets that something acts on
 
     def deck(self) -> Deck:
         """All of it. Raises Unreadable, Foreign."""
@@ -67,6 +69,7 @@ class _Reader:
         for own in self._section("Loads"):
             self._load(own, found)
         self._formulation(found)
+        self._sets(found)
         if found.kind in ("tet10", "hex20"):
             found.taken.append(f"{found.kind} is integrated as it is here; FEBio may take other points")
         if next(self._section("LoadData"), None) is not None:
@@ -99,9 +102,12 @@ class _Reader:
         points: dict[int, list[float]] = {}
         for nodes in mesh.findall("Nodes"):
             for node in nodes:
-                points[self.words.whole(node.get("id"))] = self.words.floats(node.text, 3).tolist()
+                number, at = self.words.whole(node.get("id")), self.words.floats(node.text, 3).tolist()
+                if points.setdefault(number, at) != at:
+                    raise self.words.wrong(f"two nodes are called {number}, in two places")
         blocks: dict[str, list[list[int]]] = {}
-        self.domains: dict[str, tuple[int, int]] = {}
+        self.ids: list[int] = []
+        self.domains: list[tuple[str, int, int]] = []
         for elements in mesh.findall("Elements"):
             kind, name = elements.get("type", ""), elements.get("name", "")
             if kind not in KINDS:
@@ -110,7 +116,8 @@ class _Reader:
             rows = blocks.setdefault(kind, [])
             first = len(rows)
             rows += [self.words.wholes(e.text).tolist() for e in elements]
-            self.domains[name] = (first, len(rows))
+            self.domains.append((name, first, len(rows)))
+            self.ids += [self.words.whole(e.get("id")) for e in elements]
         if len(blocks) != 1 or not any(blocks.values()):
             raise Foreign(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
                           f"one kind of {', '.join(KINDS)} is carried over")  # fmt: skip
@@ -129,8 +136,11 @@ class _Reader:
         materials = {own.get("name", ""): own for own in self._section("Material")}
         materials |= {own.get("id", ""): own for own in self._section("Material")}
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
+        for domain in self._section("MeshDomains"):
+            for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
+                self._leave(f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`", "cells are as they are here")
         together_: dict[str, list[int]] = {}
-        for name, (first, last) in self.domains.items():
+        for name, first, last in self.domains:
             together_.setdefault(of.get(name, ""), []).extend(range(first, last))
         for name, cells in together_.items():
             own = materials.get(name)
@@ -190,6 +200,7 @@ class _Reader:
 
     def _nodes(self, name: str) -> Ints | None:
         """A set of nodes, or those of a surface; None where there is none of that name."""
+        self.asked.add(name)
         if name.startswith("@surface:"):
             facets = self._facets(name.removeprefix("@surface:"))
             return None if facets is None else np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *facets]))
@@ -219,6 +230,7 @@ class _Reader:
         return found * factor
 
     def _faces(self, name: str, found: Deck) -> Ints | None:
+        self.asked.add(f"@surface:{name}")
         facets = self._facets(name)
         if facets is None:
             return None
@@ -228,6 +240,28 @@ class _Reader:
         if foreign:
             self._leave(f"{foreign} facets of `{name[:60]}`", "they are no faces of the surface of its cells")
         return faces
+
+    def _sets(self, found: Deck) -> None:
+        """Parts of the mesh that have a name, and that nothing asks for; and values of elements and surfaces."""
+        found.left = self.left
+        place = {number: i for i, number in enumerate(self.ids)}
+        mesh = self.top.find("Mesh")
+        for own in () if mesh is None else mesh:
+            name = own.get("name", "")
+            if own.tag == "ElementSet":
+                numbers = self.words.wholes(own.text).tolist() or [self.words.whole(e.get("id")) for e in own]
+                sets.of_cells(found, name, np.array(sorted({place[n] for n in numbers if n in place}), dtype=np.int64))
+            elif own.tag == "NodeSet" and name not in self.asked:
+                nodes = self._nodes(name)
+                sets.of_nodes(found, name, np.zeros(0, dtype=np.int64) if nodes is None else nodes[nodes >= 0])
+            elif own.tag == "Surface" and f"@surface:{name}" not in self.asked:
+                faces = self._faces(name, found)
+                sets.of_faces(found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces)
+            elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
+                self._leave(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "no reader for it")
+        for own in self._section("MeshData"):
+            if own.tag != "NodeData":
+                self._leave(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "values of nodes alone are read")
 
     # ------------------------------------------------------- what acts on it
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.exchange.record import Deck
 
 AGAIN = "write the file again"
+UNPACK = "unpack it, and name the file that comes of it"
+GZIP = b"\x1f\x8b"  # how compressed files begin
 READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
 TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
 
@@ -26,11 +28,16 @@ def read(path: Path) -> Deck:
 
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", f"known are {TITLES}")
+        remedy = UNPACK if path.suffix.lower() == ".gz" else f"known are {TITLES}"
+        raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", remedy)
     own = import_module(f"softmark.interpreter.exchange.{reader}")
     try:
         if not path.is_file():
-            raise Unreadable(path.name, "there is no such file", "name a file that is there")
+            what = "it is a folder" if path.is_dir() else "there is no such file"
+            raise Unreadable(path.name, what, "name a file that is there")
+        with path.open("rb") as opened:
+            if opened.read(2) == GZIP:
+                raise Unreadable(path.name, "it is compressed", UNPACK)
         with rationed(path), np.errstate(all="ignore"):
             found: Deck = own.read(path)
     except (MemoryError, OSError, RecursionError) as error:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.exchange import inp_laws
+from softmark.interpreter.exchange import inp_laws, sets
 from softmark.interpreter.exchange.cards import AGAIN, Card, cards, number, whole
 from softmark.interpreter.exchange.loads_of import Loads
 from softmark.interpreter.exchange.mesh_file import TYPES
@@ -103,6 +103,7 @@ class _Reader:
         self.loads = Loads()
         self.before: Loads | None = None
         self.other_step: Card | None = None
+        self.open: Card | None = None  # a step that has not ended
         self.finite = self.static = False
         self.steps = self.instances = 0
         self.left: list[Left] = []
@@ -139,7 +140,8 @@ class _Reader:
             if not 1 <= len(words) <= 4:
                 raise Unreadable(f"{card.file}:{card.line}", "a node has a number and three coordinates", AGAIN)
             x, y, z = (*(number(w, card) for w in words[1:]), 0.0, 0.0, 0.0)[:3]
-            self.points[whole(words[0], card)] = (x, y, z)
+            if self.points.setdefault(whole(words[0], card), (x, y, z)) != (x, y, z):
+                raise Unreadable(f"{card.file}:{card.line}", f"two nodes are called {words[0]}, in two places", AGAIN)
         if "NSET" in card.options:
             self.nsets.own.setdefault(_key(card.options["NSET"]), []).extend(row[0] for row in card.rows)
 
@@ -203,6 +205,8 @@ class _Reader:
 
     def _step(self, card: Card) -> None:
         self.steps += 1
+        self._ended()
+        self.open = card
         self.before, self.other_step = self.loads, None
         self.loads = self.loads.copied()
         if "PERTURBATION" in card.options:
@@ -215,7 +219,13 @@ class _Reader:
         if "RIKS" in card.options:
             self.left.append(Left("RIKS of *STATIC", "`static(path = arc_length)` would follow it", card.line))
 
+    def _ended(self) -> None:
+        """Raises Unreadable in a step: what would have followed may be loads."""
+        if self.open is not None:
+            raise Unreadable(f"{self.open.file}:{self.open.line}", "the step that begins here has no *END STEP", AGAIN)
+
     def _end(self, card: Card) -> None:
+        self.open = None
         if self.other_step is not None and self.before is not None:
             what, self.loads = self.other_step, self.before
             self.left.append(Left(f"a step of *{what.keyword}", "only steps of *STATIC are carried over", what.line))
@@ -227,6 +237,7 @@ class _Reader:
 
     def deck(self, path: Path) -> Deck:
         """All of it. Raises Unreadable, Foreign."""
+        self._ended()
         kind, numbers, cells = self._cells(path)
         used, cells = np.unique(cells, return_inverse=True)
         cells = cells.reshape(len(numbers), -1).astype(np.int64)
@@ -242,7 +253,26 @@ class _Reader:
             found.parts = [inp_laws.in_finite_strain(part) for part in found.parts]
         self._said(found)
         self._acting(found, place, index)
+        self._sets(found, place, index)
         return found
+
+    def _sets(self, found: Deck, place: dict[int, int], index: dict[int, int]) -> None:
+        """Sets, surfaces and materials that have a name, and that nothing asks for."""
+        asked, surfaces = self.loads.asked()
+        used = {_key(who) for who in asked} | {_key(elset) for _, elset, _ in self.sections}
+        used |= {_key(who) for key in surfaces for who, _ in self.surfaces.get(_key(key), (None, []))[1]}
+        for word, known, number_of, take in (("ELSET", self.elsets, index, sets.of_cells),
+                                             ("NSET", self.nsets, place, sets.of_nodes)):  # fmt: skip
+            for name in (own for own in known.own if own not in used):
+                own = known.numbers(name, Card(word, {}, [], 0, found.title))
+                take(found, name, np.array(sorted({number_of[n] for n in own if n in number_of}), dtype=np.int64))
+        elements, loaded = self._elements(found, index), {_key(key) for key in surfaces}
+        for name, (card, _) in self.surfaces.items():
+            if name not in loaded:
+                sets.of_faces(found, name, self._faces(name, "", card, elements, found))
+        for name, told in self.materials.items():
+            if name not in {material for _, _, material in self.sections}:
+                found.left.append(Left(f"the material `{name[:60]}`", "no cells are made of it", told.card.line))
 
     def _cells(self, path: Path) -> tuple[str, list[int], Ints]:
         if not self.elements:
@@ -298,10 +328,7 @@ class _Reader:
                 found.left.append(Left(f"*{card.keyword} on {lost} nodes", "they are of no cell", card.line))
             return own
 
-        def elements(name: str, card: Card) -> list[int]:
-            return [index[n] for n in self.elsets.numbers(name, card) if n in index] if name else list(range(
-                len(found.cells)))  # fmt: skip
-
+        elements = self._elements(found, index)
         found.holds = self.loads.holds(nodes)
         found.forces = self.loads.forces(nodes)
         for press in self.loads.presses:
@@ -319,17 +346,26 @@ class _Reader:
             else:
                 found.weights.append(weight.vector)
 
+    def _elements(self, found: Deck, index: dict[int, int]) -> Callable[[str, Card], list[int]]:
+        """What finds the cells of a set by its name, or all without one."""
+
+        def elements(name: str, card: Card) -> list[int]:
+            return [index[n] for n in self.elsets.numbers(name, card) if n in index] if name else list(range(
+                len(found.cells)))  # fmt: skip
+
+        return elements
+
     def _faces(self, who: str, label: str, card: Card, elements: Callable[[str, Card], list[int]], found: Deck) -> Ints:
         """Faces (f, 2) of a set and a label P3, or of a surface."""
         rows = [(who, label)]
-        if card.keyword == "DSLOAD":
+        if card.keyword in ("DSLOAD", "SURFACE"):
             if _key(who) not in self.surfaces:
                 raise Unreadable(f"{card.file}:{card.line}", f"the surface `{who[:60]}` is nowhere defined", AGAIN)
             rows = self.surfaces[_key(who)][1]
         faces: list[tuple[int, int]] = []
         for name, side in rows:
             if not side[1:].isdigit() or not 1 <= int(side[1:]) <= len(element_of(found.kind).facets):
-                found.left.append(Left(f"`{name}, {side}` of a pressure", "no side of a solid is called so", card.line))
+                found.left.append(Left(f"`{name}, {side}`", "no side of a solid is called so", card.line))
                 continue
             faces += [(cell, int(side[1:]) - 1) for cell in elements(name, card)]
         return np.array(sorted(set(faces)), dtype=np.int64).reshape(-1, 2)

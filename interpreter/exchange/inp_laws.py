@@ -37,6 +37,8 @@ def law(told: Told, left: list[Left]) -> Law | None:
         found: Law | str | None = None
         if card.keyword == "DENSITY" and (values := _numbers(card)):
             density = values[0]
+            if len(card.rows) > 1:
+                left.append(Left(f"*DENSITY of `{told.name}`", "its first line alone is taken", card.line))
         elif card.keyword == "ELASTIC":
             found = _elastic(card)
         elif card.keyword == "HYPERELASTIC":

@@ -125,9 +125,16 @@ class Loads:
             self.presses = [p for p in self.presses if p not in same]
             self.presses.append(Push(row[0], label, value, card, self.step))
             return
-        yield Left(f"`{label}` of *{card.keyword} on `{row[0]}`", "only P, P1 to P6 and GRAV are read", card.line)
+        why = "only P, P1 to P6 and GRAV are read" if label != "GRAV" else "it has no size and direction"
+        yield Left(f"`{label}` of *{card.keyword} on `{row[0]}`", why, card.line)
 
     # -------------------------------------------------------------- together
+
+    def asked(self) -> tuple[set[str], set[str]]:
+        """The sets of nodes and elements that something acts on, and the surfaces, by their names."""
+        on = {p.who for p in self.presses if p.card.keyword == "DSLOAD"}
+        sets = {who for who, _ in (*self.moved, *self.forced)} | {own.who for own in self.weights}
+        return sets | {p.who for p in self.presses} - on, on
 
     def holds(self, nodes: Nodes) -> list[Hold]:
         """Supports: each set with its directions, where no other says something else of the same nodes."""

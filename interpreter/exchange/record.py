@@ -78,6 +78,15 @@ class AtNodes:
 
 
 @dataclass(frozen=True)
+class Set:
+    """A part that has a name and nothing else: cells (k,), or faces (f, 2)."""
+
+    name: str
+    members: Ints
+    faces: bool
+
+
+@dataclass(frozen=True)
 class Left:
     """What was not carried over, why, and in which line of the file."""
 
@@ -103,6 +112,7 @@ class Deck:
     formulation: str | None = None
     static: bool = True
     groups: list[str] = field(default_factory=list)  # of `mesh`, by its names
+    named: list[Set] = field(default_factory=list)
     mesh: Path | None = None
     left: list[Left] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,11 +14,14 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.record import AtNodes, Deck, Hold, Ints, Law, Left, OnFaces
+from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Law, Left, OnFaces
 from softmark.interpreter.exchange.units import Unasked, Units
+from softmark.solvers.mesh.files.flaws import components, twins
 
 FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
 FORCES = 400  # nodes with forces of their own
+DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
+DUST = 1e-16  # of the greatest force: below what a double keeps beside it
 NEAR = 1e-3  # of the shortest distance between nodes: what is this near to a node's place is the node
 WIDE = 100
 
@@ -49,7 +52,8 @@ class Written:
 
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
-    """A scene whose mesh has this name. Raises Unasked, Wanting."""
+    """A scene whose mesh has this name. Raises Unasked, Wanting, Foreign."""
+    _one_piece(deck)
     writer = _Writer(deck, units, filled, mesh_name)
     lines = list(writer.lines())
     mesh = None
@@ -58,6 +62,16 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     left = tuple(dict.fromkeys(deck.left))
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
     return Written(format_source(Source(deck.title, text)), mesh, left)
+
+
+def _one_piece(deck: Deck) -> None:
+    """Raises Foreign of cells in pieces that share no nodes."""
+    width = deck.cells.shape[1]
+    part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
+    if (many := len(np.unique(part[deck.cells[:, 0]]))) > 1:
+        raise Foreign(
+            f"{deck.title} has {many} pieces that share no nodes", "a body is one piece: write each to a deck"
+        )
 
 
 def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
@@ -110,13 +124,20 @@ class _Writer:
         for name, part in zip(materials, parts, strict=True):
             yield f"material {name} = {self._law(part.law, part.name, len(part.cells))}"
         unit = self.units.length.text
-        yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}), {materials[0]})"
+        kept = ", coincident = keep" if len(self.doubled) else ""
+        if kept:
+            deck.taken.append(f"{len(self.doubled)} nodes lie where others do, and each is its own: nothing joins them")
+        yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
             region = self.name("part", part.name)
             self.sets[region] = part.cells
             yield f"region {region} = group(body, {_quoted(region)}, material = {name})"
         for told in deck.groups:
             yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
+        for own in deck.named:
+            region = self.name("group", own.name)
+            (self.surfaces if own.faces else self.sets)[region] = own.members
+            yield f"region {region} = group(body, {_quoted(region)})"
         yield ""
         yield from self._acting()
         yield ""
@@ -179,6 +200,9 @@ class _Writer:
             self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)",
                                        f"{len(alone)} of them are of no face all of whose nodes it holds"))  # fmt: skip
             return
+        if np.isin(alone, self.doubled).any():
+            self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)", DOUBLED))
+            return
         where = []
         if len(faces):
             region = self.name("at", hold.name)
@@ -208,6 +232,13 @@ class _Writer:
         return f"{apart} <= ({unit(self._near)})^2"
 
     @cached_property
+    def doubled(self) -> Ints:
+        """Nodes (k,) that lie where another does: a place is not one of them alone."""
+        if self.deck.mesh is not None:
+            return np.zeros(0, dtype=np.int64)
+        return np.unique(twins(self.deck.points, self.deck.cells))
+
+    @cached_property
     def _near(self) -> float:
         corners = self.deck.points[self.deck.cells]
         gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)
@@ -227,17 +258,39 @@ class _Writer:
             yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
 
     def _forces(self, forces: Sequence[AtNodes]) -> Iterator[str]:
-        many = sum(len(force.nodes) for force in forces)
+        known = self._apart(self._sized(forces))
+        many = sum(len(force.nodes) for force in known)
         if many > FORCES:
-            total = np.sum([len(f.nodes) * np.array(f.force) for f in forces], axis=0) * self.units.of_force(1.0)
+            total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
             self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
                                        f"a scene says them one by one, {FORCES} at most"))  # fmt: skip
             return
-        for force in forces:
+        for force in known:
             vector = _vector([self.units.of_force(v) for v in force.force])
             for node in force.nodes.tolist():
                 at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
+
+    def _apart(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
+        """Forces on nodes that have a place of their own; the others are left."""
+        own = [np.isin(force.nodes, self.doubled) for force in forces]
+        if many := sum(int(double.sum()) for double in own):
+            each = (double.sum() * np.array(force.force) for force, double in zip(forces, own, strict=True))
+            total = np.sum(list(each), axis=0) * self.units.of_force(1.0)
+            self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all", DOUBLED))
+        told = (replace(force, nodes=force.nodes[~double]) for force, double in zip(forces, own, strict=True))
+        return [force for force in told if len(force.nodes)]
+
+    def _sized(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
+        """Forces without what rounding has left in them, which may be smaller than any quantity of a scene."""
+        least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
+        if any(0.0 < abs(v) < least for force in forces for v in force.force):
+            self.deck.taken.append(f"components of forces below {DUST:g} of the greatest are rounding, and 0")
+        told = []
+        for own in forces:
+            x, y, z = (v if abs(v) >= least else 0.0 for v in own.force)
+            told += [replace(own, force=(x, y, z))] if x or y or z else []
+        return told
 
 
 def _constructor(told: str) -> str:

@@ -254,7 +254,8 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             or (_blamed(case.body, found) and case.shape.flat != bool(case.planar))
         ):
             continue  # of what is no body, no more is said
-        unfit = [*plane.model(model, case), *_wired(model, case), *_with_fibres(model, case)]
+        whole = () if model.thing.read else (plane.model, _wired, _with_fibres)
+        unfit = [doubt for of in whole for doubt in of(model, case)]
         yield from unfit
         if unfit:
             continue

@@ -169,6 +169,12 @@ def test_a_mesh_says_which_loads_it_has_at_rest_alone(tmp_path: Path) -> None:
     assert left["what"] == "model `small`, load `air`"
 
 
+def test_regions_whose_names_do_not_go_out_are_listed(tmp_path: Path) -> None:
+    named = STATES + "region end = part(bar, where = x >= 20 mm)\n"
+    assert exported(named, "vtu", tmp_path) == 0
+    assert [own["what"] for own in json.loads((tmp_path / "out" / "exam.json").read_text())["left"]] == ["region `end`"]
+
+
 def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "out").write_text("in the way")
     assert exported(STATES, "vtu", tmp_path) == 2

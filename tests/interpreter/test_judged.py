@@ -239,3 +239,139 @@ def test_what_calculix_has_written_is_judged(tmp_path: Path, capsys: pytest.Capt
     found = json.loads(capsys.readouterr().out)["models"]["bar"]["metrics"]
     assert found["out"]["value"] == pytest.approx(0.37e-3, rel=1e-5)
     assert found["down"]["value"] == pytest.approx(0.003 * 17e-3, rel=1e-5)
+
+
+SLICE = """softmark 1
+scene "Slice"
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     plate = BODY
+load     weight = gravity(9.81 m/s^2, direction = -y)
+support  floor = fixed(plate, where = y <= 0 mm)
+probe    end   = point(plate, at = (37, 11, 0) mm)
+metric   out   = displacement(end, along = +x)
+metric   down  = displacement(end, along = -y)
+"""
+REGION = "quadrilateral((0, 0, 0) mm, (40, 0, 0) mm, (40, 20, 0) mm, (0, 20, 0) mm), gel"
+FLAT = A * np.array([[1.0], [1.0], [0.0]]) * [1.0, 1.0, 0.0]  # of x and y alone
+FLAT_END = FLAT @ [37.0, 11.0, 0.0]  # mm
+
+
+def of_a_slice(file: Path, kind: str, backwards: bool = False) -> Path:
+    """A linear field on a plane mesh, mm: one quadrilateral, two triangles, or points alone."""
+    x, y = np.meshgrid(np.linspace(0, 40, 5), np.linspace(0, 20, 5), indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), 0.0 * x.ravel()])
+    ids = np.arange(25).reshape(5, 5)
+    a, b, c, d = (own.ravel() for own in (ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]))
+    two = ids[::2, ::2]
+    e, f, g, h = (own.ravel() for own in (two[:-1, :-1], two[1:, :-1], two[1:, 1:], two[:-1, 1:]))
+    between = [(e + f) // 2, (f + g) // 2, (g + h) // 2, (h + e) // 2]
+    cells = {
+        "quad": np.column_stack([a, b, c, d]),
+        "triangle": np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]),
+        "quad8": np.column_stack([e, f, g, h, *between]),
+        "quad9": np.column_stack([e, f, g, h, *between, (e + g) // 2]),
+    }
+    u = points @ FLAT.T
+    if kind == "points":
+        rows = np.column_stack([points, u])
+        np.savetxt(file, rows, delimiter=",", header="x,y,z,ux,uy,uz", comments="", fmt="%.17g")
+        return file
+    own = cells[kind][:, ::-1] if backwards else cells[kind]
+    meshio.write(file, meshio.Mesh(points, [(kind, own)], point_data={"displacement": u}))
+    return file
+
+
+@pytest.mark.parametrize(
+    ("body", "kind", "backwards"),
+    [
+        (f"plane_strain({REGION}, thickness = 3 mm)", "quad", False),
+        (f"plane_strain({REGION}, thickness = 3 mm)", "quad", True),
+        (f"plane_strain({REGION}, thickness = 3 mm)", "quad8", False),
+        (f"plane_strain({REGION}, thickness = 3 mm)", "quad9", False),
+        (f"plane_stress({REGION}, thickness = 3 mm)", "triangle", False),
+        (f"plane_stress({REGION}, thickness = 3 mm)", "points", False),
+        (f"axisymmetric({REGION})", "quad", False),
+    ],
+)
+def test_a_slice_is_read_of_plane_cells(tmp_path: Path, body: str, kind: str, backwards: bool) -> None:
+    """A linear field is that of each of these cells, to rounding, wherever a probe looks."""
+    file = of_a_slice(tmp_path / f"a.{'csv' if kind == 'points' else 'vtu'}", kind, backwards)
+    found = loads(SLICE.replace("BODY", body) + f'model theirs = results("{file}", unit = 1 mm)\n').run()
+    model = found.models["theirs"]
+    np.testing.assert_allclose(measured(model), [FLAT_END[0], -FLAT_END[1]], rtol=1e-9)
+    assert model.solve["match"]["volume"] == (None if kind == "points" else pytest.approx(1.0, rel=1e-9))
+    assert model.solve["match"]["unused"] == []
+
+
+def test_a_slice_is_one_layer_thick(tmp_path: Path) -> None:
+    """A block has values above each other, of which none is that of the plane."""
+    body = "plane_strain(quadrilateral((0, 0, 0) mm, (40, 0, 0) mm, (40, 20, 0) mm, (0, 20, 0) mm), gel, 20 mm)"
+    text = SLICE.replace("BODY", body) + f'model theirs = results("{written(tmp_path / "a.vtu")}", unit = 1 mm)\n'
+    with pytest.raises(SceneError, match=r"E701.*several layers"):
+        loads(text).run()
+
+
+def test_a_network_is_read_at_the_points_of_its_probes(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("X,Y,Z,ux,uy,uz\n0,0,0,0,0,0\n0,0,1,0.5,0,0\n1,0,1,0.25,0,-0.125\n")
+    text = f"""softmark 1
+scene "A frame"
+material steel = linear_elastic(young = 200 GPa, poisson = 0.3, density = 7850 kg/m^3)
+body frame = network(points = [(0, 0, 0), (0, 0, 1), (1, 0, 1)] m, members = [(1, 2), (2, 3)], material = steel,
+                     radius = 1 cm)
+support foot = fixed(frame, where = z <= 0 m)
+load push = point_force(frame, at = (1, 0, 1) m, vector = (0, 0, -1) N)
+probe tip = point(frame, at = (PLACE, 0, 1) m)
+metric sunk = displacement(tip, along = -z)
+model theirs = results("{tmp_path / "a.csv"}", unit = 1 m)
+"""
+    assert loads(text.replace("PLACE", "1")).run().models["theirs"].metrics["sunk"].value == 0.125
+    with pytest.raises(SceneError, match=r"E701.*between its points a rod is bent"):
+        loads(text.replace("PLACE", "0.5")).run()
+
+
+def test_a_file_is_judged_whatever_the_body_is_made_of(tmp_path: Path) -> None:
+    """Fibres that pull, of which a model must know much: a file says what it says."""
+    fibres = (
+        "transversely_isotropic(shear = 4 kPa, bulk = 20 kPa, k1 = 5 kPa, k2 = 2, density = 1000 kg/m^3, fibres = +x)"
+    )
+    muscle = f"material gel = active({fibres}, tension = 2 kPa)"
+    text = SCENE.replace(SCENE.splitlines()[2], muscle)
+    model = loads(f'{text}model theirs = results("{written(tmp_path / "a.vtu", unit=1.0)}", unit = 1 mm)\n').run()
+    np.testing.assert_allclose(measured(model.models["theirs"]), [END[0], -END[2]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("times", "start", "said"),
+    [
+        ([0, 1, 2, 3, 8, 9, 10], 0, "tells nothing between 3 ms and 8 ms, 5 times its usual step"),
+        (range(11), 3, "displaced by 3 mm at 0 s, where a motion begins undeformed"),
+        ([0, 1, 2, 4, 6, 8, 10], 0, None),
+    ],
+)
+def test_a_motion_that_lacks_moments_is_said(tmp_path: Path, times: list[int], start: int, said: str | None) -> None:
+    """Places are those of the eight corners; all of the top moves by as many mm as its time in ms."""
+    rows = [
+        f"{t},{x},{y},{z},0,0,{-(t + start) * z / 20}" for t in times for x in (0, 40) for y in (0, 20) for z in (0, 20)
+    ]
+    (tmp_path / "a.csv").write_text("\n".join(["time,X,Y,Z,ux,uy,uz", *rows, ""]))
+    text = SCENE.replace("(37, 11, 17)", "(40, 20, 20)").replace("probe    axis", "# probe axis")
+    moving = (
+        f'{text}analysis fall = dynamic(duration = 10 ms, step = 1 ms)\nmodel theirs = results("{tmp_path / "a.csv"}", '
+    )
+    report = loads(f"{moving}unit = 1 mm, time = 1 ms)\n").run()
+    found = [w.message for w in report.warnings if w.code == "W701"]
+    assert len(found) == (said is not None)
+    assert said is None or said in found[0]
+
+
+def test_results_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    """As in `one/job.frd two/job.frd`."""
+    for folder, factor in (("one", 1.0), ("two", 2.0)):
+        (tmp_path / folder).mkdir()
+        written(tmp_path / folder / "job.vtu", factor)
+    (tmp_path / "s.scene").write_text(SCENE)
+    files = [str(tmp_path / folder / "job.vtu") for folder in ("one", "two")]
+    told = tmp_path / "r.json"
+    assert main(["judge", str(tmp_path / "s.scene"), *files, "--unit", "1mm", "--json", str(told)]) == 0
+    found = json.loads(told.read_text())["models"]
+    assert found["job_2"]["metrics"]["out"]["value"] == pytest.approx(2 * found["job"]["metrics"]["out"]["value"])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import subprocess
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.adapters import newton_vbd, ngsolve
-from softmark.interpreter.models.outside.problem import Motion, Problem
+from softmark.interpreter.models.outside.adapters import newton_vbd, newton_xpbd, ngsolve
+from softmark.interpreter.models.outside.problem import Motion, Problem, Stuff
 from softmark.interpreter.run import pipeline
 
 # a bar that falls by a fifth of its length in a tenth of a second: cells of 15 mm, which rotate by up to 20 degrees
@@ -101,6 +103,27 @@ def test_newton_moves_them_by_block_descent() -> None:
     theirs = report.models["theirs"]
     assert (theirs.status, theirs.message[:8]) == ("capped", "100 iter")
     assert theirs.metrics["strayed"].value < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", [newton_vbd, newton_xpbd], ids=["vbd", "xpbd"])
+def test_newton_lets_a_free_body_fall(program: Any, tmp_path: Path) -> None:
+    """Implicit Euler's fall, a h^2 n (n + 1) / 2 after n steps of h, whatever the law.
+
+    1e-4: cells in single precision push a body at rest by 4e-5 of it.
+    """
+    pytest.importorskip("newton")
+    a, h, n = 9.81, 1e-3, 20
+    motion = Motion(h, n, np.array([0, n]), np.full(4, 1e-3), iterations=5)
+    points, cells = 0.01 * np.eye(4, 3), np.array([[0, 2, 1, 3]])
+    gel = Stuff("neo_hookean", {"young": 6e4, "poisson": 0.3}, 1000.0, np.array([0]))
+    forces = np.tile([0.0, 0.0, -a * 1e-3], (4, 1))
+    none = np.zeros((0, 2), dtype=np.int64)
+    falls = Problem(points, cells, "tet4", "finite", (gel,), none, np.zeros(0), forces, motion=motion)
+    program.write(falls, tmp_path)
+    subprocess.run(program.command(tmp_path), check=True, capture_output=True, timeout=300)
+    fallen = np.tile([0.0, 0.0, -a * h**2 * n * (n + 1) / 2], (4, 1))
+    np.testing.assert_allclose(program.read(tmp_path).u[1], fallen, rtol=0.0, atol=1e-4 * a * h**2 * n**2)
 
 
 def test_newton_holds_particles_whole_and_damps_in_its_own_way() -> None:

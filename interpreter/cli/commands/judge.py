@@ -51,7 +51,8 @@ def run(parsed: argparse.Namespace) -> int:
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
-    names += [_named(path, names) for path in parsed.results[len(names) :]]
+    for path in parsed.results[len(names) :]:
+        names.append(_named(path, names))
     parsed.model = list(dict.fromkeys([*names, *parsed.model]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:

@@ -45,7 +45,7 @@ class Asked(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What speaks against the model of ours of this case, and what the program cannot do."""
-        found = self.ours.doubts(replace(declared, thing=self.ours), case)
+        found = self.ours.doubts(replace(declared, thing=self.ours), _steps_of_others(case))
         if any(d.severity == "error" for d in found):
             return found
         return [*found, *self.unsupported(declared, case)]
@@ -80,3 +80,11 @@ class Asked(Model):
             count = case.analysis.duration / (self.step or case.analysis.step)
             if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
                 yield "step", "the motion must last a whole number of steps"
+
+
+def _steps_of_others(case: Case) -> Case:
+    """A case whose motion is not marched by explicit steps of ours: those want what models of others do not have."""
+    analysis = case.analysis
+    if not (isinstance(analysis, Dynamic) and analysis.explicit):
+        return case
+    return replace(case, analysis=replace(analysis, integrator="implicit_euler"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,11 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.models.results.matching import POSITION, Floats, Matched, Unmatched, matched
+from softmark.interpreter.models.results.matching import POSITION, Floats, Matched, matched
 from softmark.interpreter.models.results.readers import read
+from softmark.interpreter.models.results.readers.moments import counted
 from softmark.interpreter.models.results.told import Told
+from softmark.interpreter.models.results.unmatched import Unmatched
 from softmark.interpreter.models.results.words import Results
 from softmark.interpreter.models.shared.deformed import Deformed
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
@@ -33,9 +35,12 @@ if TYPE_CHECKING:
 
 WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
 SIMILAR = 0.05  # of a volume: more is said
+MOVES = 0.01  # of the greatest displacement: at the start it is none
+FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
 SAME = 1e-6  # of a time or a state: the same
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
 NEAR = 0.05  # of a factor
+ROW = "write a row for each point of a probe"
 ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
 MOVED = (
     "its points have moved already: less their displacements they are those of the body",
@@ -80,8 +85,10 @@ class PreparedResults(Meshless):
         it is known at its points alone and X are others."""
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
-            beside = f"its points span no volume, and a probe looks {units.show(far, units.LENGTH)} beside them"
-            raise _unusable(self.declared, Unmatched(beside, "write a row for each point of a probe, or a mesh"))
+            away = f"a probe looks {units.show(far, units.LENGTH)} beside them"
+            if self.found.wired:
+                raise _unusable(self.declared, Unmatched(f"between its points a rod is bent, and {away}", ROW))
+            raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
         return far if far > _within(self.declared.thing, self.case) else 0.0
 
     def solve(self, watch: Watch) -> Solution:
@@ -114,7 +121,8 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
     fits, notes = workshop.meshes[*key, model.within]
-    facts = {"field": found.name, **said, **fits, "unused": list(told.left)}
+    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u))
+    facts = {"field": found.name, **said, **fits, "unused": _unused(told, case)}
     return PreparedResults(declared, case, found, times, u, facts, notes)
 
 
@@ -130,7 +138,8 @@ def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, T
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
     nodes: Mesh | None = located(case.shape, declared.at("by")).named() if model.by == "nodes" else None
     try:
-        return matched(told, model.at, rest, model.unit, model.time, nodes), told
+        depth = case.body.thing.thickness if case.planar else None
+        return matched(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
     except Unmatched as error:
         raise _unusable(declared, error) from None
 
@@ -138,6 +147,12 @@ def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, T
 def _unusable(declared: Declared, error: Unmatched) -> Fault:
     at = declared.at("at") if "at" in declared.fields else declared.at("path")
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
+
+
+def _unused(told: Told, case: Case) -> list[str]:
+    """What of a file nothing looks at, in words: plane cells are what a plane body is matched by."""
+    seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
+    return [word for word in told.left if word != seen]
 
 
 # ------------------------------------------------------------------ which of its times
@@ -158,8 +173,13 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
     of = "time" if isinstance(analysis, Quasistatic) else "state"
     shown = units.show(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
     has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
-    raise fault("E703", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has,
-                "write a series (.pvd) with one entry for each, or leave `states` out of the analysis")  # fmt: skip
+    remedy = "write a series (.pvd) with one entry for each, or leave `states` out of the analysis"
+    if of == "time":
+        remedy = (
+            "write a series (.pvd) with a moment at each of the times that are asked for, in its unit, `time = 1 ms`"
+        )
+    at_file = declared.at("path")
+    raise fault("E703", at_file, f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has, remedy)
 
 
 def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
@@ -169,7 +189,7 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
         raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
                     "or a table with a column of times")  # fmt: skip
     step = float(np.diff(times).max())
-    if times[0] > SAME * duration or times[-1] < duration - SAME * duration:
+    if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
         span = f"from {units.show(float(times[0]), units.TIME)} to {units.show(float(times[-1]), units.TIME)}"
         raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
                     f"asked for: 0 to {units.show(duration, units.TIME)}",
@@ -180,6 +200,31 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
     share = (duration - times[last - 1]) / (times[last] - times[last - 1])
     end = (1.0 - share) * found.u[last - 1] + share * found.u[last]
     return np.append(times[:last], duration), np.concatenate([found.u[:last], end[None]])
+
+
+def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
+    """That moments of a motion, at times (t,), s, seem to be missing."""
+    if times is None or len(times) < FEW:
+        return
+    steps = np.diff(times)
+    usual, i = float(np.median(steps)), int(np.argmax(steps))
+    if steps[i] > GAP * usual:
+        start, end = (units.show(float(t), units.TIME) for t in times[i : i + 2])
+        yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing between {start} "
+                         f"and {end}, {steps[i] / usual:.3g} times its usual step", "moments are missing?",
+                         "in between displacements are taken for linear: write all moments")  # fmt: skip
+
+
+def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
+    """That a motion, displacements u (t, n, 3), m, does not begin where the body is undeformed."""
+    if times is None:
+        return
+    start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
+    if start > MOVES * most:
+        by, name = units.show(start, units.LENGTH), Path(declared.thing.path).name
+        problem = f"{name} has `{declared.name}` displaced by {by} at 0 s, where a motion begins undeformed"
+        remedy = "write the motion from its first moment on, at its own times"
+        yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
 
 
 def _end(times: Floats | None, which: int) -> float | None:
@@ -230,7 +275,7 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
     A table along a line or on a surface covers no body, and must not: its probes are looked at where they lie.
     """
     low, high = body.min(axis=0), body.max(axis=0)
-    beyond = float(np.maximum(low - found.X, found.X - high).max())
+    beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())
     far = float(found.outside(body).max(initial=0.0)) if found.spans else 0.0
     return far, max(0.0, beyond)
 

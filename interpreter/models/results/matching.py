@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.models.results.slices import one_layer, slice_of
 from softmark.interpreter.models.results.told import Told
+from softmark.interpreter.models.results.unmatched import SAME, Unmatched
 from softmark.records import dataclass
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
@@ -17,27 +19,38 @@ Floats = NDArray[np.float64]
 
 POSITION = "position"
 USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
-SAME = 1e-6  # of the extent: points that are one
-
-
-class Unmatched(Exception):
-    """Why what a file tells cannot be matched: a reason and a remedy, in words for users."""
-
-    def __init__(self, reason: str, remedy: str) -> None:
-        super().__init__(f"{reason}; {remedy}")
-        self.reason, self.remedy = reason, remedy
+# what vectors are that are no displacements, by how their names begin, in small letters
+OTHERS = (
+    "velo",
+    "acce",
+    "forc",
+    "reac",
+    "norm",
+    "stre",
+    "stra",
+    "trac",
+    "flux",
+    "heat",
+    "grad",
+    "coor",
+    "mome",
+    "rota",
+)
 
 
 @dataclass(frozen=True)
 class Matched:
     """Undeformed points `X` (n, 3), m, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if the file has
-    some. `mesh` is what connects them, None of points alone; `name` is what the file calls the displacements."""
+    some. `mesh` is what connects them, None of points alone; `name` is what the file calls the displacements. Of a
+    `flat` body, a slice, z says nothing; of a `wired` one, of rods, nothing is known between points."""
 
     X: Floats
     u: Floats
     times: Floats | None
     mesh: Mesh | None
     name: str
+    flat: bool = False
+    wired: bool = False
 
     @cached_property
     def extent(self) -> float:
@@ -56,6 +69,8 @@ class Matched:
 
     def _places(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Points (k, a) with shares (k, a) of them, and how far outside (k,), m."""
+        if self.flat:
+            X = np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
         if self.mesh is None:
             return self._between(X)
         place = locate(self.mesh, X)
@@ -64,30 +79,38 @@ class Matched:
     def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Of points alone: the nearest where it is the same, those of the simplex around it, or the nearest outside."""
         far, nearest = self._tree.query(X)
-        which, share = np.repeat(nearest[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(X), 1))
+        many = self.ways + 1
+        which, share = np.repeat(nearest[:, None], many, axis=1), np.tile(np.eye(many)[0], (len(X), 1))
         beside = np.flatnonzero(far > SAME * self.extent)
         if not len(beside):
             return which, share, np.zeros(len(X))
         outside = np.where(far > SAME * self.extent, far, 0.0)
         if not self.spans:
             return which, share, outside
+        X = X[:, : self.ways]
         simplex = self._simplices.find_simplex(X[beside])
         within, simplex = beside[simplex >= 0], simplex[simplex >= 0]
         T = self._simplices.transform[simplex]
-        first = np.einsum("kij,kj->ki", T[:, :3], X[within] - T[:, 3])
+        first = np.einsum("kij,kj->ki", T[:, :-1], X[within] - T[:, -1])
         which[within] = self._simplices.simplices[simplex]
         share[within] = np.column_stack([first, 1.0 - first.sum(axis=1)])
         outside[within] = 0.0
         return which, share, outside
 
+    @property
+    def ways(self) -> int:
+        """Directions that its points are to span."""
+        return 2 if self.flat else 3
+
     @cached_property
     def spans(self) -> bool:
         """Whether anything lies between its points: those of a table along a line or on a surface alone span nothing,
         and are known at themselves."""
-        if self.mesh is not None:
-            return True
-        extents = np.linalg.svd(self.X - self.X.mean(axis=0), compute_uv=False)
-        return len(extents) == 3 and bool(extents[-1] > SAME * extents[0])
+        if self.mesh is not None or self.wired:
+            return not self.wired
+        X = self.X[:, : self.ways]
+        extents = np.linalg.svd(X - X.mean(axis=0), compute_uv=False)
+        return len(extents) == self.ways and bool(extents[-1] > SAME * extents[0])
 
     @cached_property
     def _tree(self) -> Any:
@@ -101,14 +124,20 @@ class Matched:
         from scipy.spatial import Delaunay, QhullError
 
         try:
-            return Delaunay(self.X)
+            return Delaunay(self.X[:, : self.ways])
         except (QhullError, ValueError):
             reason = "its points span next to no volume, and nothing can be told between them"
             raise Unmatched(reason, "give a file with cells, or a table at the points of the probes alone") from None
 
 
-def matched(told: Told, at: str, rest: Told | None, unit: float, time: float, nodes: Mesh | None) -> Matched:
-    """By the name of the displacements or `position`; by `nodes` where their mesh is given. Raises Unmatched."""
+def matched(
+    told: Told, at: str, rest: Told | None, unit: float, time: float, nodes: Mesh | None, depth: float | None = None,
+    wired: bool = False,
+) -> Matched:  # fmt: skip
+    """By the name of the displacements or `position`; by `nodes` where their mesh is given. Raises Unmatched.
+
+    `depth`, m, is how thick a plane body is, None of a solid; one of rods is `wired`, and has points alone.
+    """
     name, X, u = _moved(told, at, rest)
     times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)
     if times is not None and np.any(np.diff(times) <= 0.0):
@@ -118,8 +147,15 @@ def matched(told: Told, at: str, rest: Told | None, unit: float, time: float, no
             reason = f"it has {len(X)} points, and the mesh of the body has {len(nodes.points)} nodes"
             raise Unmatched(reason, "match `by = place`, or give the file of the mesh that was solved on")
         return Matched(nodes.points, unit * u, times, nodes, name)
-    mesh = _mesh(unit * X, told)
-    return Matched(unit * X, unit * u, times, mesh, name)
+    if depth is not None and (made := slice_of(unit * X, told, depth)) is not None:
+        slab, which = made
+        return Matched(slab.points, unit * u[:, which], times, slab, name, flat=True)
+    mesh = None if wired else _mesh(unit * X, told)
+    if depth is not None:
+        one_layer(unit * X, mesh)
+    if mesh is None:
+        _once(X, u)
+    return Matched(unit * X, unit * u, times, mesh, name, depth is not None, wired)
 
 
 def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]:
@@ -147,17 +183,32 @@ def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]
 
 def _name(told: Told, at: str) -> str:
     """Which of the vectors are the displacements. Raises Unmatched."""
-    known = ", ".join(f"`{n}`" for n in told.fields)
-    has = f"it has {known}" if known else "it has no vectors at points"
     other = 'for points that moved `at = "position"`'
+    if not told.fields:
+        raise Unmatched("it has no vectors at its points", f"write displacements there; {other}")
+    has = f"it has {', '.join(f'`{n}`' for n in told.fields)}"
     if at:
         if at not in told.fields:
             raise Unmatched(f"it has no vectors `{at}` at its points", f"{has}; {other}")
         return at
     usual = [n for n in told.fields if n.lower() in USUAL]
-    if len(usual) == 1 or len(told.fields) == 1:
-        return (usual or list(told.fields))[0]
+    if len(usual) == 1:
+        return usual[0]
+    if len(told.fields) == 1 and not (only := next(iter(told.fields))).lower().startswith(OTHERS):
+        return only
     raise Unmatched(f"it does not say which vectors are displacements: {has}", f'name them, `at = "..."`; {other}')
+
+
+def _once(X: Floats, u: Floats) -> None:
+    """Raises Unmatched where points X (n, 3) without cells are one, and move apart by u (t, n, 3)."""
+    extent = float(np.ptp(X, axis=0).max())
+    order = np.lexsort(np.round(X / (SAME * extent or 1.0)).T)
+    same = np.abs(np.diff(X[order], axis=0)).max(axis=1, initial=0.0) <= SAME * extent
+    apart = np.abs(np.diff(u[:, order], axis=1)).max(axis=(0, 2)) > SAME * max(float(np.abs(u).max()), 1e-300)
+    if len(wrong := np.flatnonzero(same & apart)):
+        one, other = sorted(order[wrong[0] : wrong[0] + 2].tolist())
+        reason = f"its points {one} and {other}, counted from 0, lie in one place and move apart"
+        raise Unmatched(reason, "leave one of them out, or give a file with cells, which say whose they are")
 
 
 def _mesh(X: Floats, told: Told) -> Mesh | None:

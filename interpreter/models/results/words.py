@@ -28,6 +28,10 @@ class Results(Model):
     body's size, else by linear interpolation between points around it. `by = nodes` takes the numbers of nodes instead
     of their places: those of the body's own mesh file, in its order.
 
+    Of plane bodies files have plane cells, points at one z, or a slice one cell thick, whatever its thickness; places
+    are looked up by x and y, of a body of revolution by the distance from its axis and y. Of networks a file has the
+    points of the probes: between those rods are bent.
+
     The body must lie in what the file covers: how far its surface lies outside at most, and the volume of the file's
     mesh in that of the body, are in `solve.match` of the report; farther than `within` is refused. A series is matched
     by its `time`: a motion is that of the series, linear between its times; a state is that of the same value. Nobody
@@ -37,7 +41,7 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    bedded = touches = wired = composite = graded = directed = remembers = soaks = True
+    bedded = touches = wired = composite = graded = directed = remembers = soaks = read = True
     timed = False
     unwalked = "a file says what it says, whatever is walked"
     forceless = f"{NOTHING} nothing of forces"
@@ -60,16 +64,11 @@ class Results(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """What it cannot be matched to."""
-        if case.shape.wired:
-            return [
-                diagnostic("E704", declared.at(), f"`{declared.name}` cannot be matched to `{case.body.name}`",
-                           "no results of networks", "judge results of a solid body")
-            ]  # fmt: skip
-        if self.by == "nodes" and not case.shape.file:
-            return [
-                diagnostic("E705", declared.at("by"), f"`{case.body.name}` has no nodes of its own", "not a mesh file",
-                           "match by place, or make the body of the mesh file that was solved on")
-            ]  # fmt: skip
+        if self.by == "nodes" and (case.planar or not case.shape.file):
+            why = "a slice of plane cells" if case.planar else "not a mesh file"
+            also = "" if case.planar or case.shape.wired else ", or make the body of the mesh file that was solved on"
+            remedy = f"match by place{also}"
+            return [diagnostic("E705", declared.at("by"), f"`{case.body.name}` has no nodes of its own", why, remedy)]
         return []
 
     def outline(self, case: Case) -> str:

@@ -66,6 +66,7 @@ class Model:
     # what it is
     reduces: str | None = None  # the model whose equations it reduces
     constant = False  # its stiffness never changes
+    read = False  # from a file, which says what it says, whatever the body is
     timed = True  # it is solved here, and by a clock
     unwalked = ""  # why `dsl stress` does not look for where it goes wrong, where it does not
     forceless: str | None = None  # why it says nothing of forces, where it does not

@@ -6,7 +6,7 @@ each state.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,7 @@ from softmark.interpreter.run.options import Options
 from softmark.records import dataclass
 
 SAME = 1e-12  # of the last: how much of a state's loads and motions may be no part of those
+NAMELESS = "parts with a material of their own go out by their names; what it holds or loads goes out without its"
 
 Told = list[tuple[Problem, Named]]
 
@@ -68,6 +69,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Op
     followed = {name: list(_followed(scene, name)) for name in ready} if FORMATS[to].mesh else {}
     left = [(f"model `{name}`, {what}", why) for name, own in (refused | followed).items()
             for what, why in dict.fromkeys(own)]  # fmt: skip
+    left += [(f"region `{name}`", NAMELESS) for name in _plain_regions(scene, ready)]
     found["left"] += [{"what": what, "why": why} for what, why in left]
     sheet.write(found, folder)
     files.replace(folder / readme.FILE, readme.text(found, to))
@@ -125,7 +127,7 @@ def _moving(declared: Declared, case: Case, workshop: Workshop) -> tuple[Problem
     model = _ours(declared).thing
     if found := reasons(model, case, moves=True):
         raise Untold(found)
-    if model.mass != "lumped":
+    if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # which has no such field
         raise Untold([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
     theirs = declared.thing
     if not isinstance(theirs, Outside) or not theirs.told.moves:
@@ -140,6 +142,16 @@ def _followed(scene: Scene, name: str) -> Iterator[Reason]:
     """Loads whose forces are told at rest alone, of a model that is told as a mesh."""
     declared = _ours(scene.declared[name])
     yield from reasons_of_loads(declared.thing, case_for(scene, declared))
+
+
+def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
+    """Regions of the bodies of models that are no part of a mesh that goes out."""
+    cases = [case_for(scene, scene.declared[name]) for name in ready]
+    gone = {part.name for case in cases for part in case.parts}
+    bodies = {case.body.name for case in cases}
+    for name, region in scene.of_kind("region").items():
+        if region.thing.body in bodies and name not in gone:
+            yield name
 
 
 def _ours(declared: Declared) -> Declared:
@@ -190,7 +202,8 @@ def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
         declared.at(),
         f"`{declared.name}` cannot be exported to {to}: {listed}",
         "has no words there",
-        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has",
+        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has; "
+        "what all models share, the body, its analysis and what acts on it, is to be left out of a copy of the scene",
     )
 
 

@@ -50,6 +50,16 @@ def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     return replace(mesh, groups=_groups(data, kind, mesh, cells, dict(zip((n for n, _ in edges), ends, strict=True))))
 
 
+def standing_on(points: Floats, cells: Ints, kind: str) -> Mesh:
+    """The slice that stands on plane cells (m, a) of points (n, 3), m, in their order; `kind` is meshio's word.
+
+    Cells that go clockwise are turned. Raises UnreadableMesh.
+    """
+    known, own, number = used(points, cells)
+    _level(known, number)
+    return _sliced(known, _turned(known, own, _corners(kind)), kind)
+
+
 def taken(mesh: Mesh, kind: str) -> Mesh:
     """A slice that was read, as the element that a model wants, or as tetrahedra. Raises UnreadableMesh."""
     if kind == Tetrahedron.linear:

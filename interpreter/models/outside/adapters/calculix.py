@@ -41,6 +41,7 @@ JOB = "job"
 LOG = "log.txt"  # what it said
 MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
 UN = 1e6
+DENSE = 1e-6  # g/mm^3 in a kg/m^3
 VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
 LEAST_SPARE = 1e-4  # of 1 - 2 nu: at 2e-4 it is ours to 2e-9, at 2e-5 it comes to no equilibrium (version 2.20)
 SAID, WIDE = 4, 160  # of its errors and warnings: how many are told, and of how many characters each
@@ -102,7 +103,7 @@ def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
         yield from cells(elements[problem.element], problem.cells[stuff.cells], 1, stuff.cells + 1, f"PART{number}")
     for number, stuff in enumerate(problem.stuff, start=1):
         yield f"*MATERIAL, NAME=M{number}"
-        yield from law(stuff)
+        yield from (*law(stuff), *_density(stuff))
         yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
     yield from (*sets, *_sets(problem))
     yield "*RESTART, WRITE, FREQUENCY=1"
@@ -145,6 +146,11 @@ def law(stuff: Stuff) -> list[str]:
     bulk = own["young"] / (3.0 * (1.0 - 2.0 * own["poisson"]))
     rest = [2.0 / bulk] + [VOID] * (2 if word == "YEOH" else 0)
     return [f"*HYPERELASTIC, {word}", ",".join(map(number, [*terms, *rest]))]
+
+
+def _density(stuff: Stuff) -> list[str]:
+    """Its card, which nothing at rest asks for: weight is among the forces."""
+    return [] if stuff.density is None else ["*DENSITY", number(DENSE * stuff.density)]
 
 
 # its word, and what it has for the shape

@@ -27,9 +27,11 @@ INSTEAD = {  # of formats that are not read, what to name
     ".hdf5": "name the .xdmf that belongs to it",
     ".dat": "ask CalculiX for `*NODE FILE` and name the .frd",
     ".bp": "write XDMF, or VTK for ParaView",
+    ".gz": "unpack it, and name the file that comes of it",
     ".vtm": "merge the blocks in ParaView and save them as .vtu",
     ".vtp": "give the solid, or the points of the surface as .csv",
 }
+GZIP = b"\x1f\x8b"  # how compressed files begin
 LARGEST = 2 << 30  # bytes of a file, and of all files of a series
 AGAIN = "write the file again: it may be cut off, or its name may not say its format"
 
@@ -68,6 +70,9 @@ def _there(file: Path) -> None:
         raise Unreadable(file.name, f"it cannot be read ({error})", "name a file that can be") from None
     if not size:
         raise Unreadable(file.name, "it is empty", AGAIN)
+    with file.open("rb") as opened:
+        if opened.read(2) == GZIP:
+            raise Unreadable(file.name, "it is compressed", INSTEAD[".gz"])
     if size > LARGEST:
         reason = f"it has {size / 2**30:.1f} GiB, and {LARGEST >> 30} GiB are read"
         raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")

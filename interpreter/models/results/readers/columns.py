@@ -52,7 +52,7 @@ def read(file: Path) -> Told:
             reason = f"its columns do not say where its points lie: {', '.join(f'`{w}`' for w in words[:12])}"
             raise Unreadable(file.name, reason, "name columns `X`, `Y` and `Z`, and displacements `ux`, `uy` and `uz`")
         moved = _first(tuple(t for t in MOVED if t != places), words)
-        vectors = _vectors(words, {*places, *(moved or ())})
+        vectors = _vectors(file.name, words, {*places, *(moved or ())})
         clock = [word for word in TIMES if word in words][:1]
         asked = [*places, *(moved or ()), *(w for triple in vectors.values() for w in triple), *clock]
         found = tables.columns(file, asked)
@@ -64,19 +64,23 @@ def _first(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
     return next((triple for triple in triples if set(triple) <= set(words)), None)
 
 
-def _vectors(words: Sequence[str], taken: set[str]) -> dict[str, Triple]:
-    """Columns that belong together, by what their names have in common."""
-    found: dict[str, Triple] = {}
+def _vectors(name: str, words: Sequence[str], taken: set[str]) -> dict[str, Triple]:
+    """Columns that belong together, by what their names have in common. Raises Unreadable where two are called so."""
+    found: list[tuple[str, Triple]] = []
     free = set(words) - taken
     for word in words:
         for a, b, c in ENDINGS:
             stem = word.removesuffix(a)
             triple = (word, stem + b, stem + c)
             if word.endswith(a) and stem.rstrip("_ .") and set(triple) <= free:
-                found.setdefault(stem.rstrip("_ ."), triple)
-    if set(LETTERS) <= free:
-        found.setdefault("u", LETTERS)
-    return found
+                found.append((stem.rstrip("_ ."), triple))
+    found += [("u", LETTERS)] if set(LETTERS) <= free else []
+    known = dict(found)
+    for stem, triple in found:
+        if known[stem] != triple:
+            both = " and ".join(f"`{', '.join(own)}`" for own in (triple, known[stem]))
+            raise Unreadable(name, f"two of its vectors are called `{stem}`: {both}", "give each a name of its own")
+    return known
 
 
 def _told(name: str, found: tables.Columns, places: Triple, moved: Triple | None, vectors: dict[str, Triple],

@@ -18,6 +18,7 @@ from softmark.solvers.mesh.files.reading import KINDS
 
 AGAIN = "write the file again: it may be cut off"
 PLURALS = {"triangle": "triangles", "line": "lines", "wedge": "wedges", "pyramid": "pyramids"}  # others are named
+FLAT = {"triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9}  # plane cells, and their points
 
 Block = tuple[str, Ints]  # meshio's word of an element, or other words for it, and its cells (m, a)
 
@@ -87,16 +88,17 @@ def _finite(name: str, what: str, values: Floats) -> None:
 def _sound(name: str, block: Block, count: int) -> Block:
     """A block whose cells have as many points as their kind, and points that are there. Raises Unreadable."""
     word, cells = block
-    if word not in KINDS:
+    if word not in KINDS and word not in FLAT:
         return block
-    many = element_of(KINDS[word]).nodes
+    kind = KINDS.get(word, word)
+    many = FLAT[word] if word in FLAT else element_of(kind).nodes
     if cells.ndim != 2 or cells.shape[1] != many:
-        raise Unreadable(name, f"its {KINDS[word]} cells have {cells.shape[-1]} points each, not {many}", AGAIN)
+        raise Unreadable(name, f"its {kind} cells have {cells.shape[-1]} points each, not {many}", AGAIN)
     wrong = np.flatnonzero(((cells < 0) | (cells >= count)).any(axis=1))
     if len(wrong):
         row = cells[wrong[0]].tolist()
         index = next(i for i in row if not 0 <= i < count)
-        reason = f"cell {wrong[0]} of its {KINDS[word]} cells names point {index}, and there are {count} from 0 on"
+        reason = f"cell {wrong[0]} of its {kind} cells names point {index}, and there are {count} from 0 on"
         raise Unreadable(name, reason, AGAIN)
     return word, np.ascontiguousarray(cells, dtype=np.int64)
 
@@ -122,7 +124,7 @@ def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
         every[0].points, fields, cells, kind,
         None if every[0].time is None else np.array([each.time for each in every]),
         np.stack([each.points for each in every]) if moving else None,
-        tuple(dict.fromkeys(left)), ids,
+        tuple(dict.fromkeys(left)), ids, None if kind else _flat(every[0].blocks),
     )  # fmt: skip
 
 
@@ -162,13 +164,26 @@ def _most(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, 
         counts[word] = counts.get(word, 0) + len(cells)
     solids = [word for word in counts if word in KINDS and counts[word]]
     chosen = max(solids, key=lambda word: counts[word], default=None)
-    rest = tuple(_counted(n, word) for word, n in counts.items() if n and word != chosen)
+    rest = tuple(counted(n, word) for word, n in counts.items() if n and word != chosen)
     if chosen is None:
         return None, None, rest
     return KINDS[chosen], np.concatenate([cells for word, cells in blocks if word == chosen]), rest
 
 
-def _counted(n: int, word: str) -> str:
+def _flat(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
+    """The kind of plane cells of which there are most, and those (m, a); None where there are none that are known."""
+    each: dict[str, list[Ints]] = {}
+    for word, cells in blocks:
+        if word in FLAT and len(cells):
+            each.setdefault(word, []).append(cells)
+    if not each:
+        return None
+    word = max(each, key=lambda own: sum(map(len, each[own])))
+    return word, np.concatenate(each[word]).astype(np.int64)
+
+
+def counted(n: int, word: str) -> str:
+    """Cells of a kind of meshio's, in words."""
     if word in PLURALS:
         return f"{n} {word if n == 1 else PLURALS[word]}"
     return f"{n} cell{'' if n == 1 else 's'} `{KINDS.get(word, word)}`"

@@ -36,8 +36,8 @@ COMPRESSED = {"vtkZLibDataCompressor": "zlib", "vtkLZMADataCompressor": "LZMA"}
 # VTK's number of a cell -> meshio's word; those of Lagrange have the nodes of these in their order
 CELLS = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron", 13: "wedge", 14: "pyramid",
          22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20", 26: "wedge15",
-         29: "hexahedron27"}  # fmt: skip
-LAGRANGE = {(71, 4): 10, (71, 10): 24, (72, 8): 12}
+         28: "quad9", 29: "hexahedron27"}  # fmt: skip
+LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 10): 24, (72, 8): 12}
 
 
 def read(file: Path) -> Told:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
+from softmark.interpreter.models.results.readers.moments import AGAIN, FLAT, Block, Moment, again, moment, told
 from softmark.interpreter.models.results.readers.trees import ElementT, numbers, parsed, within
 from softmark.interpreter.models.results.told import Told
 from softmark.records import dataclass
@@ -192,8 +192,8 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
     if kind == "Mixed":
         return [(block.type, block.data.astype(np.int64)) for block in translate_mixed_cells(data.ravel())]
     word = {w.lower(): known for w, known in xdmf_to_meshio_type.items()}.get(kind.lower(), kind[:40])
-    if data.ndim == 1 and word in KINDS:
-        data = data.reshape(-1, element_of(KINDS[word]).nodes)
+    if data.ndim == 1 and (word in KINDS or word in FLAT):
+        data = data.reshape(-1, FLAT.get(word) or element_of(KINDS[word]).nodes)
     return [(word, data.astype(np.int64).reshape(len(data), -1))]
 
 

@@ -1,0 +1,13 @@
+"""That what a file tells cannot be matched to a body."""
+
+from __future__ import annotations
+
+SAME = 1e-6  # of the extent: points that are one
+
+
+class Unmatched(Exception):
+    """Why what a file tells cannot be matched: a reason and a remedy, in words for users."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(f"{reason}; {remedy}")
+        self.reason, self.remedy = reason, remedy
