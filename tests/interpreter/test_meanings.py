@@ -73,7 +73,7 @@ TYPED = {
     "ct_volume": "mri ultrasound segmentation nifti dicom",
     "icp": "registration alignment",
     "--json": "csv json yaml xml",
-    "dsl export": "abaqus ansys febio_file sofa gmsh moose fenics",
+    "dsl export": "abaqus ansys febio_file gmsh moose fenics",
     "declared one by one": "urdf mjcf sdf",
     "--library": "tissue kidney skin bone fat cartilage silicone rubber brain heart",
     "region": "layer multi_material",
