@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, ClassVar
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -39,6 +41,16 @@ class Unreadable(Exception):
         self.name = name
         self.reason = reason
         self.remedy = remedy
+
+
+UNPACK = "unpack it, and name the file that comes of it"
+
+
+def must_be_unpacked(file: Path) -> None:
+    """Raises Unreadable where a file begins as compressed ones do (gzip, RFC 1952), and OSError where none is there."""
+    with file.open("rb") as opened:
+        if opened.read(2) == b"\x1f\x8b":
+            raise Unreadable(file.name, "it is compressed", UNPACK)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from softmark.interpreter.exchange.record import Deck
 
 AGAIN = "write the file again"
-UNPACK = "unpack it, and name the file that comes of it"
-GZIP = b"\x1f\x8b"  # how compressed files begin
 READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
 TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
 
@@ -23,7 +21,7 @@ def read(path: Path) -> Deck:
     """What a file says. Raises Unreadable, Foreign."""
     import numpy as np
 
-    from softmark.references.measured import Unreadable
+    from softmark.references.measured import UNPACK, Unreadable, must_be_unpacked
     from softmark.references.rationing import rationed, reason_of
 
     reader = READERS.get(path.suffix.lower())
@@ -35,9 +33,7 @@ def read(path: Path) -> Deck:
         if not path.is_file():
             what = "it is a folder" if path.is_dir() else "there is no such file"
             raise Unreadable(path.name, what, "name a file that is there")
-        with path.open("rb") as opened:
-            if opened.read(2) == GZIP:
-                raise Unreadable(path.name, "it is compressed", UNPACK)
+        must_be_unpacked(path)
         with rationed(path), np.errstate(all="ignore"):
             found: Deck = own.read(path)
     except (MemoryError, OSError, RecursionError) as error:

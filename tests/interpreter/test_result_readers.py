@@ -325,3 +325,15 @@ def test_ten_thousand_broken_files_end_in_words(tmp_path: Path) -> None:
 
 def test_every_ending_is_known_once() -> None:
     assert not READERS.keys() & INSTEAD.keys()
+
+
+def test_a_file_that_may_not_be_read_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever runs tests as root may read everything: here nobody may open it."""
+
+    def denied(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    (tmp_path / "theirs.csv").write_text("X,Y,Z,ux,uy,uz\n0,0,0,0,0,0\n")
+    monkeypatch.setattr(Path, "open", denied)
+    with pytest.raises(Unreadable, match=r"it cannot be read .*Permission denied"):
+        read(tmp_path / "theirs.csv")

@@ -83,14 +83,9 @@ def read(folder: Path) -> Answer:
         if settled is False or any(word in said for word in ("iteration limit", "find minimizer")):
             raise NotSettled(said)
         raise NoAnswer(f"it left no {deck.ANSWER}{': ' if said else ''}{said}")
-    u = _matched(*_told(folder), on_path.kept(folder))
+    told, found = on_path.results(folder / deck.ANSWER, FIELD)
+    u = _matched(told.points, found, on_path.kept(folder))
     return Answer(u[None], settled, None, _clocks(folder / deck.STATISTICS), said)
-
-
-def _told(folder: Path) -> tuple[Floats, Floats]:
-    """Its points and their displacements (p, 3), m. Raises NoAnswer."""
-    told, u = on_path.results(folder / deck.ANSWER, FIELD)
-    return told.points, u
 
 
 def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:

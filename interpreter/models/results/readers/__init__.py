@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.references.measured import Unreadable
+from softmark.references.measured import UNPACK, Unreadable, must_be_unpacked
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.results.told import Told
@@ -27,11 +27,10 @@ INSTEAD = {  # of formats that are not read, what to name
     ".hdf5": "name the .xdmf that belongs to it",
     ".dat": "ask CalculiX for `*NODE FILE` and name the .frd",
     ".bp": "write XDMF, or VTK for ParaView",
-    ".gz": "unpack it, and name the file that comes of it",
+    ".gz": UNPACK,
     ".vtm": "merge the blocks in ParaView and save them as .vtu",
     ".vtp": "give the solid, or the points of the surface as .csv",
 }
-GZIP = b"\x1f\x8b"  # how compressed files begin
 LARGEST = 2 << 30  # bytes of a file, and of all files of a series
 AGAIN = "write the file again: it may be cut off, or its name may not say its format"
 
@@ -66,13 +65,11 @@ def _there(file: Path) -> None:
         if not file.is_file():
             raise Unreadable(file.name, f"there is no file {file}", "the path is relative to the folder of the scene")
         size = file.stat().st_size
+        must_be_unpacked(file)
     except (OSError, ValueError) as error:
         raise Unreadable(file.name, f"it cannot be read ({error})", "name a file that can be") from None
     if not size:
         raise Unreadable(file.name, "it is empty", AGAIN)
-    with file.open("rb") as opened:
-        if opened.read(2) == GZIP:
-            raise Unreadable(file.name, "it is compressed", INSTEAD[".gz"])
     if size > LARGEST:
         reason = f"it has {size / 2**30:.1f} GiB, and {LARGEST >> 30} GiB are read"
         raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
