@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from operator import add
 from typing import TYPE_CHECKING, Any
@@ -233,15 +233,16 @@ def _warm(work: Work, name: str, prepared: Prepared) -> None:
         say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
 
 
-def state(work: Work) -> None:
+def state(work: Work, names: Iterable[str]) -> None:
     """Have models state the error of their answers: at a cost those that are asked, at none the others if `free`."""
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:
         return
     from softmark.interpreter.evidence.error_estimate import stated
 
-    for name, result in list(work.models.items()):
-        if name not in work.taken and (name in asked or work.options.free):
+    for name in list(names):
+        result = work.models[name]
+        if name not in work.taken and not result.stated and (name in asked or work.options.free):
             work.options.say("state", f"the error of {name}{work.where}")
             declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
             known = work.measured, work.warnings, work.views

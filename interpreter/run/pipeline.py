@@ -49,11 +49,17 @@ def report_of(given: Text | Sound, options: Options, keeper: Keeper | None = Non
         for name in plan.models:
             for work in works:
                 models.solve(work, name)  # solvers; evidence: its forces are found again by other formulas
+            if keeper is not None and name not in works[0].taken and keeper.early(works, name):
+                for work in works:
+                    taken.doubted(work, (name,))
+                    models.state(work, (name,))
+                reports.measured(works, name)
+                keeper.keep_early(works, name)  # it need not be solved again where this run is interrupted
             options.keep(reports.unfinished(works))  # metrics: what it is worth; written by the room of reports
         for work in works:
             references.scan(work)  # references: made from what models computed
-            taken.doubted(work)
-            models.state(work)  # evidence: the errors that models state themselves
+            taken.doubted(work, work.models)
+            models.state(work, work.models)  # evidence: the errors that models state themselves
     report = reports.finished(works)  # metrics and evidence: measured, drawn, held against what was expected
     taken.keep(works, keeper)
     return report

@@ -38,6 +38,12 @@ def unfinished(works: Sequence[Work]) -> Report:
     return _report(works, partial=True)
 
 
+def measured(works: Sequence[Work], name: str) -> None:
+    """A model measured and drawn as at the end of the run, while others are still to be solved."""
+    for work in works:
+        _measure(work, partial=False, coloured=work is works[-1], only=name)
+
+
 def finished(works: Sequence[Work]) -> Report:
     """What came of everything that was asked for."""
     for work in works:
@@ -46,7 +52,7 @@ def finished(works: Sequence[Work]) -> Report:
     return _report(works, partial=False)
 
 
-def _measure(work: Work, partial: bool, coloured: bool = False) -> None:
+def _measure(work: Work, partial: bool, coloured: bool = False, only: str = "") -> None:
     """Metrics and shapes of what is there; in an unfinished report, of what is new since the last.
 
     Where the scene asks for stress, shapes may be `coloured` by it: a page shows that of the last state alone.
@@ -54,7 +60,7 @@ def _measure(work: Work, partial: bool, coloured: bool = False) -> None:
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
         for name, result in kept.items():
-            if name in work.taken or (partial and result.metrics):
+            if name in work.taken or (partial and result.metrics) or (only and name != only):
                 continue
             before = [w.views for w in work.earlier]
             metrics, errors = metrics_of(work.scene, work.views[name], work.views, before, work.plan.models)

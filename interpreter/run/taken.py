@@ -6,7 +6,7 @@ the step at which it came. References are only taken over where all models are: 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
@@ -28,6 +28,12 @@ class Keeper(Protocol):
 
     def anew(self) -> Keeper:
         """The same that knows nothing."""
+
+    def early(self, works: Sequence[Work], name: str) -> bool:
+        """Whether a model that was just solved is worth keeping before the run has ended."""
+
+    def keep_early(self, works: Sequence[Work], name: str) -> None:
+        """Keep such a model, once it is measured."""
 
     def keep(self, works: Sequence[Work]) -> None:
         """Keep what a run has found that was not known."""
@@ -81,7 +87,7 @@ def recalled(works: Sequence[Work]) -> bool:
         for work in works:
             ended(work, name)
     for work in works:
-        doubted(work)
+        doubted(work, work.models)
     return True
 
 
@@ -90,16 +96,20 @@ def _tell(work: Work, told: Sequence[Told]) -> None:
         work.warn(one.found, one.here, one.once)
 
 
-def doubted(work: Work) -> None:
-    """Note what speaks against each model before errors are stated. Raises Outdated where that was otherwise.
+def doubted(work: Work, names: Iterable[str]) -> None:
+    """Note what speaks against models before errors are stated. Raises Outdated where that was otherwise.
 
-    Warnings about what models share, such as a support, speak against all of them, whichever met it.
+    Warnings about what models share, such as a support, speak against all of them, whichever met it: what a model of
+    this run has stated before another met one is stated again.
     """
     from softmark.interpreter.evidence.doubts import doubts_of
 
     work.about = ("", "")
-    for name, result in work.models.items():
-        work.doubts[name] = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
+    for name in list(names):
+        result, before = work.models[name], work.doubts.get(name)
+        work.doubts[name] = found = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
         kept = work.known.models.get(name)
-        if kept is not None and result.stated and kept.doubts[work.number] != work.doubts[name]:
+        if kept is not None and result.stated and kept.doubts[work.number] != found:
             raise Outdated
+        if kept is None and before not in (None, found):
+            work.models[name] = replace(result, stated={})

@@ -26,6 +26,7 @@ from softmark.interpreter.models.outside.adapters import PROGRAMS, RODS, adapter
 from softmark.interpreter.plan.plan import plan_of
 from softmark.interpreter.results.report import SeenCurve
 from softmark.interpreter.results.states import Moment
+from softmark.interpreter.run import models
 from softmark.interpreter.run.options import Options, Text
 from softmark.interpreter.run.pipeline import report_of, sound_of
 from softmark.interpreter.study.expansion import sources
@@ -359,6 +360,42 @@ def test_who_is_killed_leaves_nothing_half_written(tmp_path: Path) -> None:
     assert run(tmp_path)[0] <= ALL
     assert run(tmp_path)[0] == set()
     assert run(tmp_path, text=SCENE)[0] == set()
+
+
+def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Models that took their time are kept as they end, measured and drawn as in a run that was not interrupted."""
+    text = SCENE.replace("metric speed = realtime(25 Hz)\n", "")  # who measures time never finds the same
+    run(tmp_path, text=text)
+    whole = plain(tmp_path)
+    for file in kept(tmp_path):
+        file.unlink()
+    monkeypatch.setattr(keeper, "WORTH", 0.0)
+    solve = models.solve
+
+    def interrupted(work: Any, name: str) -> None:
+        if name == "stiff":
+            raise KeyboardInterrupt
+        solve(work, name)
+
+    with (
+        monkeypatch.context() as broken,
+        chdir(tmp_path),
+        redirect_stdout(io.StringIO()),
+        redirect_stderr(io.StringIO()),
+    ):
+        broken.setattr(models, "solve", interrupted)
+        assert main(["run", "my.scene", "--out", "report"]) == 130
+    assert run(tmp_path)[0] == {"stiff", "theory"}
+    numbers = re.compile(r'"(setup|solve|step)(_cpu)?_s": \{.*?\}', re.DOTALL)
+    assert numbers.sub("", plain(tmp_path)[0]) == numbers.sub("", whole[0])
+
+
+def test_models_that_others_are_held_against_are_not_kept_early(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(keeper, "WORTH", 0.0)
+    monkeypatch.setattr(keeper.Keeper, "keep_early", lambda *given: pytest.fail("what it is measured by is not there"))
+    run(tmp_path, text=SCENE + "metric apart = max_error(axis, against = rod)\n")
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,12 @@ from softmark.interpreter.study.kept.plain import Reader, Unkept, Writer
 if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.plan.plan import Plan
+    from softmark.interpreter.results.report import Timing
     from softmark.interpreter.run.answers import Work
     from softmark.interpreter.run.options import Options
 
 SETTLED = 2.0  # s that sources must be old when a run begins, which has loaded some of them by then
+WORTH = 1.0  # s that a model must have taken to be kept before its run has ended
 CHANGEABLE = ("failed", "skipped")  # how a model may have ended for what no key knows: memory, a program, the network
 
 
@@ -53,26 +56,57 @@ class Keeper:
         computed = needed_models(scene, "")  # others are held against them
         return Known({n: found for n, found in models.items() if n not in computed})
 
+    def early(self, works: Sequence[Work], name: str) -> bool:
+        """Whether a model that was solved is worth keeping before the run has ended, which may be interrupted.
+
+        It took its time, and no model is held against another, so that all that it will be measured by is there.
+        """
+        seconds = sum(sum(timing.seconds) for work in works for timing in _clock(work, name))
+        return seconds > WORTH and not self._behind(works) and self._place(works) is not None
+
+    def keep_early(self, works: Sequence[Work], name: str) -> None:
+        """Keep a model that is measured while others are still to be solved."""
+        if (place := self._place(works)) is not None and self._stands(works):
+            with self._said():
+                self._keep(*place, works, name)
+
     def keep(self, works: Sequence[Work]) -> None:
         """Keep what was computed. A reference that failed may have a solution the next time: then nothing is."""
-        folder, scene, plan = self._folder, self.scene, works[0].plan
-        if folder is None or scene is None or not self.keys or _complete(works):
+        place = self._place(works)
+        if place is None or _complete(works) or not self._stands(works):
             return
+        with self._said():
+            for name in works[0].plan.models:
+                self._keep(*place, works, name)
+            self._write(*place, "", _references(works))
+            store.prune(place[0], self.keys.values())
+
+    def _place(self, works: Sequence[Work]) -> tuple[Path, Scene] | None:
+        folder, scene = self._folder, self.scene
+        return None if folder is None or scene is None or not self.keys else (folder, scene)
+
+    def _behind(self, works: Sequence[Work]) -> list[str]:
+        """Models of the plan that others are held against."""
+        return [n for n in needed_models(works[0].scene, "") if n in works[0].plan.models]
+
+    def _stands(self, works: Sequence[Work]) -> bool:
+        """Whether all that models are measured by was found, and from what the keys say."""
         # a file, or softmark itself, may have been saved since: who knows which of the two was read
         recent = sources.newest() > works[0].started.timestamp() - SETTLED
-        if recent or keys.keys_of(scene, plan, works[0].options) != self.keys:
-            return
-        behind = [n for n in needed_models(scene, "") if n in plan.models]
+        if recent or keys.keys_of(works[0].scene, works[0].plan, works[0].options) != self.keys:
+            return False
         fails = any(r.status != "converged" for work in works for r in work.references.values())
-        if fails or not all(_lasting(works, name) for name in behind):
-            return
-        began = works[0].started.isoformat(timespec="seconds")
+        return not fails and all(_lasting(works, name) for name in self._behind(works))
+
+    def _keep(self, folder: Path, scene: Scene, works: Sequence[Work], name: str) -> None:
+        if name not in works[0].taken and _lasting(works, name):
+            self._write(folder, scene, name, _model(works, name))
+
+    @contextmanager
+    def _said(self) -> Iterator[None]:
+        """Say why results cannot be kept, where that is so: the run goes on without."""
         try:
-            for name in plan.models:
-                if name not in works[0].taken and _lasting(works, name):
-                    self._write(folder, name, scene, _model(works, name, began))
-            self._write(folder, "", scene, _references(works, began))
-            store.prune(folder, self.keys.values())
+            yield
         except OSError as error:
             self.remark(f"results are not kept: {error.strerror or error}")
 
@@ -95,7 +129,7 @@ class Keeper:
             return None
         return value if type(value) is cls else None
 
-    def _write(self, folder: Path, name: str, scene: Scene, value: Any) -> None:
+    def _write(self, folder: Path, scene: Scene, name: str, value: Any) -> None:
         """Raises OSError; what is of no class that is kept is not."""
         if name not in self.keys:
             return
@@ -115,13 +149,23 @@ def _lasting(works: Sequence[Work], name: str) -> bool:
     return all(work.models[name].status not in CHANGEABLE for work in works)
 
 
-def _model(works: Sequence[Work], name: str, began: str) -> KeptModel:
+def _clock(work: Work, name: str) -> Iterator[Timing]:
+    """What a model took, where it was solved."""
+    clock = work.models[name].time
+    yield from (timing for step in ("setup_s", "solve_s") if (timing := clock.get(step)) is not None)
+
+
+def _began(works: Sequence[Work]) -> str:
+    return works[0].started.isoformat(timespec="seconds")
+
+
+def _model(works: Sequence[Work], name: str) -> KeptModel:
     steps = ("prepare", "solve")
     told = tuple({step: tuple(work.told.get((step, name), ())) for step in steps} for work in works)
     doubts = tuple(work.doubts.get(name, ()) for work in works)
-    return KeptModel(name, began, tuple(work.models[name] for work in works), told, doubts)
+    return KeptModel(name, _began(works), tuple(work.models[name] for work in works), told, doubts)
 
 
-def _references(works: Sequence[Work], began: str) -> KeptReferences:
+def _references(works: Sequence[Work]) -> KeptReferences:
     told = tuple(tuple(work.told.get(("place", ""), ())) for work in works)
-    return KeptReferences(began, tuple(work.references for work in works), told)
+    return KeptReferences(_began(works), tuple(work.references for work in works), told)
