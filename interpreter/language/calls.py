@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
 from softmark.grammar.suggest import nearest
-from softmark.interpreter.language import aliases, forms, schema, units
+from softmark.interpreter.language import aliases, forms, quotients, schema, units
 from softmark.interpreter.language.bare_words import bare_word
 from softmark.interpreter.language.condition_syntax import said, selection
 from softmark.interpreter.language.elsewhere import meaning, slip
@@ -259,7 +259,8 @@ class Binder:
             hint = f"{field.meaning}, without a unit"
         label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
         problem = f"expected {units.named(due)}, found {found}"
-        raise place.fail("E204", node.span, problem, label, hint, self._origins(node))
+        help = quotients.remedy(node, place.source.text, value.dimension, due) or hint
+        raise place.fail("E204", node.span, problem, label, help, self._origins(node))
 
     def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
         """Where the parameters in an expression get their values: what is wrong with it may be wrong there."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
+from softmark.interpreter.report.run.tables.shared import by_thing, newtons, pressing, row_head, table_section
 from softmark.interpreter.results.reactions import Touched
 from softmark.interpreter.results.report import Report
 from softmark.interpreter.results.states import SOLVED
@@ -70,7 +69,7 @@ def lines(report: Report) -> Iterator[str]:
                 left = units.show(rounded(own.touch.gap, DIGITS), units.LENGTH)
                 yield f"{contact} does not touch in {model}: {left} are left"
                 continue
-            force = units.show(rounded(math.hypot(*own.reaction.force), DIGITS), units.FORCE)
+            force = pressing(own.reaction.force, DIGITS)
             if own.beyond is not None:
                 yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
                 continue

@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import RIGID
 from softmark.interpreter.report.page.markup import prose, tag, text
 from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.tables.shared import by_thing, newtons, row_head, table_section
+from softmark.interpreter.report.run.tables.shared import by_thing, newtons, pressing, row_head, table_section
 from softmark.interpreter.results.reactions import HeldSupport
 from softmark.interpreter.results.report import ModelResult, Report
 from softmark.interpreter.results.states import SOLVED
@@ -23,6 +22,7 @@ HEAD = ("Support", "Model", "Force", "Moment", "Note")
 NOTHING = "\N{EN DASH}"
 SEVERAL = 3  # names that a line lists
 ROUNDING = 1e-8  # of the largest component: equations are solved to a tolerance
+LITTLE = 1e-3  # of a force: less is not seen beside it on three digits
 
 
 def section_of(findings: Findings) -> str:
@@ -60,15 +60,15 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """`wall carries 2.06 N in tet, hex, 2.12 N in rod`: sizes of forces, those that agree on three digits once."""
+    """`wall carries 2.06 N in tet, hex, 2.12 N in rod`: forces, those that agree on three digits once."""
     everyone = {n: m.reactions for n, m in report.models.items()}
     least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
     for support, own in by_thing(everyone).items():
         alike: dict[str, list[str]] = {}
         for name, held in own.items():
             if held.reaction is not None and report.models[name].status == "converged":
-                size = found if (found := _size(held)) > least[name] else 0.0
-                alike.setdefault(units.show(float(f"{size:.3g}"), units.FORCE), []).append(name)
+                force = held.reaction.force if _size(held) > least[name] else (0.0, 0.0, 0.0)
+                alike.setdefault(pressing(force, 3, LITTLE), []).append(name)
         if alike:
             each = (f"{size} in {_who(names)}" for size, names in alike.items())
             yield f"{support} carries {', '.join(each)}"

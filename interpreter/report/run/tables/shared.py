@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from softmark.interpreter.language import units
+from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.report.page.markup import section, tag, text
 
 T = TypeVar("T")
+ALONG = 0.995  # of a force that is told by its size: the largest component
 
 
 def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
@@ -36,3 +39,11 @@ def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> s
     most = max(largest, *(abs(c) for c in vector))
     near = [0.0 if abs(c) <= rounding * most else float(f"{c:.5g}") for c in vector]
     return units.show_all(near, units.FORCE).replace("-", "\N{MINUS SIGN}")
+
+
+def pressing(force: Sequence[float], digits: int, rounding: float = 1e-8) -> str:
+    """The size of a force in N, or, where it is along no axis, all of it: that of a part beside its mirrors is not."""
+    size = math.hypot(*force)
+    if max(map(abs, force)) >= ALONG * size:
+        return units.show(rounded(size, digits), units.FORCE)
+    return units.show_all([rounded(c, digits) if abs(c) > rounding * size else 0.0 for c in force], units.FORCE)
