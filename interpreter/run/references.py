@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -28,6 +29,7 @@ from softmark.references.curve import MeasuredCurve
 from softmark.references.measured import MeasuredSurface
 from softmark.references.values import KnownValue
 
+SLOW = 2.0  # s of a reference, above which what it took is said
 DRAWN = 400  # points of a measured curve that a report keeps
 
 
@@ -71,7 +73,10 @@ def solve(work: Work) -> None:
     for name in work.plan.references:
         if not from_a_model(work.scene.declared[name]):
             work.options.say("reference", name)
+            begin = time.perf_counter()
             _reference(work, work.scene.declared[name])
+            if (spent := time.perf_counter() - begin) > SLOW:
+                work.options.say("took", f"reference {name}{work.where}: {spent:.0f} s")
 
 
 def scan(work: Work) -> None:

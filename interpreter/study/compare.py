@@ -67,6 +67,8 @@ class ComparisonRequest:
     say: Say = field(default=lambda what, detail: None, repr=False)
     # told, once the journal is open, whom to ask what an interrupt would leave
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
+    # told what is known of errors before times are measured, which takes longer
+    accurate: Callable[[Compared], None] = field(default=lambda found: None, repr=False)
     # scenes as they are declared, without what their studies vary, and without telling where the time goes
     plain: bool = False
 
@@ -129,12 +131,22 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
         request.saying(done.words)
         try:
             outcomes = _accuracy(tasks, request, done)
+            if request.repeats:
+                request.accurate(_comparison(subjects, configurations, outcomes, {}, request, started).found)
             costs = _timing(configurations, outcomes, request, journal)
         except KeyboardInterrupt as stop:
             raise Interrupted(done.words()) from stop
+    request.say("analyse", "")
+    return _comparison(subjects, configurations, outcomes, costs, request, started)
+
+
+def _comparison(
+    subjects: Sequence[SceneSubject], configurations: Sequence[Configuration], outcomes: Mapping[str, PointOutcome],
+    costs: Json, request: ComparisonRequest, started: datetime,
+) -> Comparison:  # fmt: skip
+    """What is known by now: `costs` by key, empty before they are measured."""
     points = marked([_point(c, outcomes, costs) for c in configurations])
     references, unsound = _references(points, outcomes)
-    request.say("analyse", "")
     saved: Json = {
         "points": points, "references": references, "scenes": [s.described() for s in subjects],
         "studies": {s.name: _studies(s) for s in subjects}, "environment": environment(started),

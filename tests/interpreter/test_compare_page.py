@@ -18,6 +18,7 @@ from urllib.parse import unquote
 import pytest
 
 from softmark.interpreter.report.compare.page import page as page_of
+from softmark.interpreter.report.compare.terminal import errors
 from softmark.interpreter.report.compare.terminal import table as table_of
 from softmark.interpreter.report.inline.compare import inline
 from softmark.interpreter.report.inline.shell import LARGEST
@@ -308,6 +309,18 @@ def test_steps_have_a_figure_of_their_own_with_the_rates() -> None:
     assert steps is not None
     assert 'class="rate"' not in whole[0]  # a frame is no time of the whole
     assert 'class="rate"' in steps[0]
+
+
+def test_errors_are_told_before_times_are_known() -> None:
+    """Of every scene and configuration, and nothing of what to take."""
+    made = two_scenes()
+    for each in made["points"]:
+        each["cost"] = None
+    shown = errors(Compared.from_json(made), colour=False)
+    assert shown.count("errors; times are being measured") == len({p["scene"] for p in made["points"]})
+    assert all(p["label"] in shown for p in made["points"])
+    assert "->" not in shown
+    assert "CPU time" not in shown
 
 
 def test_without_times_errors_stand_against_unknowns(parsed: Parsed) -> None:

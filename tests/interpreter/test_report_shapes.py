@@ -33,6 +33,7 @@ from softmark.interpreter.report.view3d import surfaces
 from softmark.interpreter.report.view3d.section import PANELS
 from softmark.interpreter.results import vtk
 from softmark.interpreter.results.report import (
+    ExpectationResult,
     MetricResult,
     ModelResult,
     ProbeResult,
@@ -266,6 +267,23 @@ def test_values_within_the_uncertainty_are_marked(page: str) -> None:
     shown = table(RICH, terminal=False)
     assert "† within the uncertainty of the reference (± 500 um for gap)" in shown or "† within" in shown
     assert shown.count(" †") == 2
+
+
+@pytest.mark.parametrize(
+    ("limit", "uncertainty", "said"),
+    [
+        (0.02, 1e-4, ""),
+        (0.02, 5e-3, "; the reference is known to \u00b1 5 mm"),
+        (0.02, 0.015, "; the reference is known to \u00b1 15 mm, which may turn this"),
+    ],
+)
+def test_a_verdict_says_what_its_reference_leaves_open(limit: float, uncertainty: float, said: str) -> None:
+    """Where that is over 2 % of the limit; a value of 10 mm and one of 20 mm are apart by less than 15 mm."""
+    own = model("m1", 0.02)
+    metric = MetricResult(0.01, "m", uncertainty=uncertainty)
+    judged = ExpectationResult("m1.gap < 2 cm", 9, True, 0.01, "m", about=(("m1", "gap"),), limits=(limit,))
+    shown = table(replace(report(replace(own, metrics={"gap": metric})), expectations=(judged,)), terminal=False)
+    assert shown.splitlines()[-1] == f"  met         line 9: m1.gap < 2 cm{said}"
 
 
 # ------------------------------------------------------------------ published, details, time

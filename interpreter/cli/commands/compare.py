@@ -23,6 +23,7 @@ from softmark.interpreter.cli.commands.study_options import (
 
 if TYPE_CHECKING:
     from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.study.analysis.compared import Compared
     from softmark.interpreter.study.compare import Comparison, ComparisonRequest
     from softmark.interpreter.study.expansion.variations import SceneSubject
 
@@ -133,8 +134,16 @@ def _compared(
 ) -> Comparison:  # fmt: skip
     from softmark.interpreter.study.compare import compare
 
+    def accurate(found: Compared) -> None:
+        """Errors are known long before times: who sits in front of it sees them."""
+        if progress.live:
+            from softmark.interpreter.report.compare.terminal import errors
+
+            progress.clear()
+            print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
+
     request = request_of(parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
-                         study=parsed.study)  # fmt: skip
+                         study=parsed.study, accurate=accurate)  # fmt: skip
     return compare(subjects, request)
 
 

@@ -20,9 +20,9 @@ class Progress:
     def say(self, what: str, detail: str) -> None:
         """Show what is being done: `solve`, `rod: iteration 3`."""
         detail = detail if detail.isprintable() else "".join(c if c.isprintable() else "?" for c in detail)
-        if what in ("compile", "compiled") or (what == "start" and not self.live):
+        if what in ("compile", "compiled", "took") or (what == "start" and not self.live):
             self.clear()
-            line = {"start": detail, "compile": f"  {detail} ...", "compiled": f"  {detail}"}[what]
+            line = {"start": detail, "compile": f"  {detail} ..."}.get(what, f"  {detail}")
             print(line, file=self.stream, flush=True)
             return
         if not self.live or (time.monotonic() - self._last < 0.1 and what != "start"):

@@ -301,7 +301,7 @@ class Fem(MadeOf, Model):
             declared.at("element"),
             f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
             "too stiff here",
-            f"it bends too little, the more so the coarser its mesh: {cure}",
+            f"it gives way too little, the more so the coarser its mesh: {cure}",
         )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:

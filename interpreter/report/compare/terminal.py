@@ -33,6 +33,16 @@ def table(comparison: Compared, colour: bool, path: str | None = None, width: in
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
 
+def errors(comparison: Compared, colour: bool) -> str:
+    """The same tables before anything was timed, without what is to be taken."""
+    paint = colour and not os.environ.get("NO_COLOR")
+    scenes: dict[str, list[SceneView]] = {}
+    for view in views(comparison):
+        scenes.setdefault(view.analysis.scene, []).append(view)
+    titles = ((all_visible(own[0].title) + ": errors; times are being measured", own) for own in scenes.values())
+    return "\n\n".join(f"{_style(title, 'bold', paint)}\n\n{_rows(own, paint)}" for title, own in titles)
+
+
 def _style(words: str, name: str, paint: bool) -> str:
     return f"\x1b[{CODES[name]}m{words}\x1b[0m" if paint else words
 

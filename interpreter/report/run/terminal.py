@@ -21,6 +21,7 @@ from softmark.interpreter.report.run.tables.results_table import ordered
 from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
 from softmark.records import dataclass
 
+MENTIONED = 0.02  # of a limit: what a reference leaves open is said from there on
 SEVERAL = 5  # names that a line lists
 
 STATUS = {
@@ -60,7 +61,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
     if notes:
         parts += ["", *notes]
     if report.expectations:
-        parts += ["", *(_expectation(e, paint) for e in report.expectations)]
+        parts += ["", *(_expectation(e, paint) + _known(report, e) for e in report.expectations)]
     return "\n".join(parts)
 
 
@@ -260,6 +261,21 @@ def _read(report: Report) -> list[str]:
 def _said(report: Report) -> list[str]:
     """What references say of themselves."""
     return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
+
+
+def _known(report: Report, e: ExpectationResult) -> str:
+    """What the reference of a metric leaves open, where that is not little beside a limit, or may turn the verdict."""
+    if len(e.about) != 1 or e.passed is None or e.value is None:
+        return ""
+    name, metric = e.about[0]
+    owner = report.models.get(name) or report.references.get(name)
+    found = None if owner is None else owner.metrics.get(metric)
+    if found is None or not found.uncertainty or found.value != e.value:
+        return ""
+    known = f"; the reference is known to \u00b1 {_amount(found.uncertainty, found.unit)}"
+    if any(abs(e.value - limit) <= found.uncertainty for limit in e.limits):
+        return f"{known}, which may turn this"
+    return known if any(found.uncertainty > MENTIONED * abs(limit) for limit in e.limits) else ""
 
 
 def _expectation(e: ExpectationResult, paint: _Paint) -> str:

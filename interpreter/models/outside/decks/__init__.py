@@ -15,7 +15,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Format:
-    """The module of a format, what it is, and the unit of its lengths."""
+    """The module of a format, what it is, the unit of its lengths, and what its numbers are in."""
 
     module: str
     what: str
@@ -23,11 +23,14 @@ class Format:
     mesh: bool = False  # and no way to solve it
     moves: bool = False  # and no state of rest
     by_name: bool = False  # whether its module has `lost`
+    units: str = "m, kg, s, N and Pa"
 
+
+MM = "mm, g and s, which makes forces micronewtons and stresses Pa"
 
 FORMATS: dict[str, Format] = {
-    "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm"),
-    "febio": Format("decks.febio", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm"),
+    "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm", units=MM),
+    "febio": Format("decks.febio", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm", units=MM),
     "gmsh": Format(
         "decks.gmsh", "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups", mesh=True
     ),
