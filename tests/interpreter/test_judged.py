@@ -160,6 +160,13 @@ def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys
     assert main(["judge", str(scene), str(file)]) == 2
     assert "`unit = 1 mm`" in capsys.readouterr().err
     assert main(["judge", str(scene), str(file), "--as", "a", "--as", "b"]) == 2
+    capsys.readouterr()
+    assert main(["judge", str(scene), str(file), "--unit", "1mm", "--as", "block"]) == 2
+    assert "the scene has a `block`, beside" in (said := capsys.readouterr().err)
+    assert "`--as block_2`" in said
+    called = file.rename(tmp_path / "block.vtu")  # of itself it gets a name that is free
+    assert main(["judge", str(scene), str(called), "--unit", "1mm", "--json", "-"]) == 0
+    assert list(json.loads(capsys.readouterr().out)["models"]) == ["block_2"]
 
 
 @pytest.mark.slow
@@ -362,6 +369,17 @@ def test_a_motion_that_lacks_moments_is_said(tmp_path: Path, times: list[int], s
     found = [w.message for w in report.warnings if w.code == "W701"]
     assert len(found) == (said is not None)
     assert said is None or said in found[0]
+
+
+@pytest.mark.parametrize(("by", "said"), [(0.0, False), (1e-4, False), (0.3, True)])
+def test_results_that_move_where_the_scene_holds_are_said(tmp_path: Path, by: float, said: bool) -> None:
+    """The top moves by 1 mm, and what the scene holds by so many."""
+    rows = [f"{x},{y},{z},{by},0,{-z / 20}" for x in (0, 40) for y in (0, 20) for z in (0, 20)]
+    (tmp_path / "a.csv").write_text("\n".join(["X,Y,Z,ux,uy,uz", *rows, ""]))
+    text = f'{SCENE}model theirs = results("{tmp_path / "a.csv"}", unit = 1 mm)\n'
+    found = [w.message for w in loads(text).run().warnings if w.code == "W703"]
+    assert len(found) == said
+    assert not said or "by 300 um where" in found[0] or "by 300 µm where" in found[0]
 
 
 def test_results_of_one_name_are_told_apart(tmp_path: Path) -> None:

@@ -104,6 +104,15 @@ def test_an_answer_is_read_and_judged(
     assert found.facts.get("iterations") == {"febio": 31, "polyfem": None, "sofa": 2}[program]
 
 
+def test_what_its_deck_does_not_write_is_said_before_anything_is_run() -> None:
+    """Quadratic cells at finite strain, by `dsl check` and by the plan."""
+    lines = [line for line in BLOCK.splitlines() if not line.startswith("model")]
+    scene = softmark.loads(
+        "\n".join([*lines, "model theirs = outside(polyfem, tet10, strain = finite, size = 10 mm)\n"])
+    )
+    assert any("tet10 at finite strain" in w.message for w in scene.warnings), scene.warnings
+
+
 def test_quadratic_cells_have_the_nodes_between_their_corners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its mesh has corners alone, and its answer the nodes that it makes between them, which are ours."""
     models = "ours = fem(tet10", "polyfem = outside(polyfem, tet10"

@@ -51,8 +51,11 @@ def run(parsed: argparse.Namespace) -> int:
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
+    if problem := _taken(parsed, names):
+        print(problem, file=sys.stderr)
+        return 2
     for path in parsed.results[len(names) :]:
-        names.append(_named(path, names))
+        names.append(_named(path, [*names, *_declared(parsed.file)]))
     parsed.model = list(dict.fromkeys([*names, *parsed.model]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
@@ -60,11 +63,39 @@ def run(parsed: argparse.Namespace) -> int:
     return running.run(parsed, lambda: _with(parsed, names))
 
 
+def _declared(file: str) -> list[str]:
+    """Names that a scene gives, as far as it can be read; what is wrong with it is said when it is."""
+    from softmark.grammar import tree
+    from softmark.grammar.parse import parse
+    from softmark.interpreter.cli.commands.scenes import Unread, read_scene
+
+    try:
+        source = read_scene(file)[0]
+    except Unread:
+        return []
+    return [d.name for d in parse(source)[0].declarations if isinstance(d, tree.Declare | tree.Param)]
+
+
+def _taken(parsed: argparse.Namespace, names: list[str]) -> str:
+    """That a name which is asked for is one of the scene's, or nothing."""
+    declared = _declared(parsed.file) if names and parsed.file != "-" else []
+    for name in names:
+        if name in declared:
+            other = f"call it `--as {_free(name, declared)}`"
+            return f"dsl judge: error: `--as {name}`: the scene has a `{name}`, beside which a result is; {other}"
+    return ""
+
+
+def _free(name: str, taken: list[str]) -> str:
+    """`name_2`, or the next number that is free."""
+    return next(own for n in range(2, len(taken) + 3) if (own := f"{name}_{n}") not in taken)
+
+
 def _named(path: str, taken: list[str]) -> str:
     """A name of the language for a file."""
     found = re.sub(r"\W+", "_", Path(path).stem, flags=re.ASCII).strip("_").lower() or "theirs"
     found = found if found[0].isalpha() else f"result_{found}"
-    return found if found not in taken else f"{found}_{len(taken) + 1}"
+    return found if found not in taken else _free(found, taken)
 
 
 def _with(parsed: argparse.Namespace, names: list[str]) -> Text:

@@ -143,6 +143,8 @@ class Outside(Asked):
         program = self.told
         if self.element not in program.elements:
             yield f"element = {self.element}", f"its adapter has {', '.join(program.elements)}"
+        if (why := program.save.get((self.element, self.strain))) is not None:
+            yield f"{self.element} at {self.strain} strain", why
         laws = program.laws.get(self.strain, ())
         if not laws:
             yield f"strain = {self.strain}", f"its adapter has strain = {' and '.join(program.laws)}"

@@ -23,9 +23,11 @@ from softmark.interpreter.models.shared.deformed import Deformed
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.data import located
+from softmark.interpreter.problem.parts.pieces import selects
 from softmark.interpreter.problem.points import drawn
 from softmark.interpreter.results.history import History
 from softmark.interpreter.vocabulary.analyses import Dynamic, InState, Quasistatic
+from softmark.interpreter.vocabulary.supports import Holding
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 
@@ -42,6 +44,8 @@ FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length be
 NEAR = 0.05  # of a factor
 ROW = "write a row for each point of a probe"
 ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
+HOLE = 3.0  # times the distance of points of a table: farther from the next one some seem to be missing
+SLIPS = 0.01  # of the greatest displacement: a body that is held may move by so much, by how it is read between points
 MOVED = (
     "its points have moved already: less their displacements they are those of the body",
     'take the points themselves, `at = "position"`, with `rest`, a file of them undeformed',
@@ -121,7 +125,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
     if (*key, model.within) not in workshop.meshes:
         workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
     fits, notes = workshop.meshes[*key, model.within]
-    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u))
+    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u), *_slips(declared, case, found, u[-1:]))
     facts = {"field": found.name, **said, **fits, "unused": _unused(told, case)}
     return PreparedResults(declared, case, found, times, u, facts, notes)
 
@@ -227,6 +231,25 @@ def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Dia
         yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
 
 
+def _slips(declared: Declared, case: Case, found: Matched, u: Floats) -> Iterator[Diagnostic]:
+    """That displacements u (1, n, 3), m, of its points move the body where a support of the scene holds it at rest."""
+    if not found.spans or not case.named_supports:
+        return
+    X = drawn(case).X
+    moved = found.at(X, u)[0]
+    most = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+    for support in case.named_supports:
+        thing = support.thing
+        if not isinstance(thing, Holding) or thing.moves or thing.course is not None:
+            continue
+        held = moved[selects(thing.where, X, case.shape.diagonal)][:, list(thing.components)]
+        if (far := float(np.linalg.norm(held, axis=1).max(initial=0.0))) > SLIPS * most:
+            name, by = Path(declared.thing.path).name, units.show(far, units.LENGTH)
+            problem = f"{name} moves `{case.body.name}` by {by} where `{support.name}` holds it"
+            remedy = f"the farthest it moves is {units.show(most, units.LENGTH)}: was it held so when it was solved?"
+            yield diagnostic("W703", declared.at("path"), problem, "another problem?", remedy)
+
+
 def _end(times: Floats | None, which: int) -> float | None:
     return None if times is None else float(times[which])
 
@@ -257,7 +280,10 @@ def _fits(
         raise Fault(_apart(model, declared, case, found, X, most))
     told = {"outside": far, "beyond": beyond, "volume": None}
     whole = case.shape.volume
-    if found.mesh is None or not whole:
+    if found.mesh is None:
+        hole, usual = found.hole(X)
+        return {**told, "between": hole, "usual": usual}, tuple(_holes(declared, hole, usual))
+    if not whole:
         return told, ()
     share = float(found.mesh.volumes.sum()) / whole
     told["volume"] = share
@@ -267,6 +293,15 @@ def _fits(
                       f"volume of `{case.body.name}`", "not the same body", "if it is a coarse mesh of it, that is "
                       "its error; else judge it by a scene of its own body")  # fmt: skip
     return told, (note,)
+
+
+def _holes(declared: Declared, hole: float, usual: float) -> Iterator[Diagnostic]:
+    """That the surface is `hole`, m, from the next point of a table whose points are `usual`, m, from each other."""
+    if hole > HOLE * usual:
+        file, far, near = Path(declared.thing.path).name, *(units.show(v, units.LENGTH) for v in (hole, usual))
+        yield diagnostic("W702", declared.at("path"), f"{file} has no point within {far} of a place on "
+                         f"`{declared.name}`, where others are at most {near} apart", "points are missing?", "there "
+                         "displacements are taken for linear: write all points, or a file with cells")  # fmt: skip
 
 
 def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
