@@ -33,10 +33,12 @@ CASES = {
                       + BAR.replace("gel", "wet") + WEIGHT + HEX + LOOK, "E373"),
     "stress at the start": (SOLID.replace("gel)\nsupport", "gel, stress = 3 kPa)\nsupport"), "E205"),
     "shells": (SOLID.replace("solid(", "shell("), "E203"),
-    "tendons in solids": (SOLID + "load pull = tendon(bar, from = (0, 15, 10) mm, to = (100, 15, 10) mm, tension = 1 N)\n", "E501"),
+    "tendons in solids": (SOLID + "load pull = tendon(bar, from = (0, 15, 10) mm, to = (100, 15, 10) mm, "
+                          "tension = 1 N)\n", "E501"),
     "pressure on a beam": (BEAM + "load push = pressure(bar, where = z >= 20 mm, magnitude = 10 Pa)\n"
                            "model rod = beam6dof(segments = 20)\n" + LOOK, "E501"),
-    "springs of another ratio": (BEAM.replace("0.3", "0.4") + "model springs = mass_spring(from_material(), size = 10 mm)\n" + LOOK, "W321"),
+    "springs of another ratio": (BEAM.replace("0.3", "0.4") + "model springs = "
+                                 "mass_spring(from_material(), size = 10 mm)\n" + LOOK, "W321"),
     "mixed in motion": (SOLID.replace("size = 10", "formulation = mixed, size = 10") + FALL, "E553"),
     "incompressible": (SOLID.replace("poisson = 0.3", "poisson = 0.5"), "E552"),
     "frequencies of slices": (GEL + SLICE + "model own = fem(quad4, strain = small, size = 2 mm)\n"
