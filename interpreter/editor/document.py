@@ -16,11 +16,10 @@ from lsprotocol.types import Position, Range
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lex import BREAK, Token, lex
 from softmark.grammar.tree import Comment, Span, Tree
-from softmark.interpreter.front.catalogue import compiled, vocabulary_with
+from softmark.interpreter.front.catalogue import CATALOGUE, compiled
 from softmark.interpreter.front.load import looked_at
 from softmark.interpreter.language.parameters import evaluate
 from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import ModuleTable
 
@@ -40,7 +39,6 @@ class Document:
     version: int | None = None
     snippets: bool = False
     address: str = ""  # the URI by which an editor knows it
-    plugins: tuple[str, ...] = ()  # that whoever started the server, or its editor, has named
     earlier: Scene | None = field(default=None, compare=False, repr=False)  # of the state before, as far as it was read
 
     @property
@@ -72,7 +70,7 @@ class Document:
     @cached_property
     def compiled(self) -> tuple[Scene, list[Diagnostic]]:
         """The scene as far as it can be read, and what of it cannot."""
-        return compiled(self.source, self.folder, self.file, plugins=self.plugins)
+        return compiled(self.source, self.folder, self.file)
 
     @property
     def read(self) -> Scene | None:
@@ -104,12 +102,7 @@ class Document:
     def table(self) -> ModuleTable:
         """All names of the scene and of what it uses, as far as they can be read."""
         table = self.compiled[0].table
-        return ModuleTable(self.vocabulary) if table is None else table
-
-    @cached_property
-    def vocabulary(self) -> Vocabulary:
-        """Our words and those of the plugins."""
-        return vocabulary_with(self.plugins)[0]
+        return ModuleTable(CATALOGUE) if table is None else table
 
     @cached_property
     def scope(self) -> Scope:

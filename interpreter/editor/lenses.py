@@ -45,5 +45,5 @@ def _offers(document: Document) -> Iterator[tuple[tree.Span, str, str, *tuple[st
 
 def _lens(document: Document, span: tree.Span, title: str, command: str, *options: str) -> types.CodeLens:
     at = document.position(span.start)
-    words = [str(document.file), *options, *(word for name in document.plugins for word in ("--plugin", name))]
+    words = [str(document.file), *options]
     return types.CodeLens(types.Range(at, at), types.Command(title, command, arguments=words))

@@ -15,8 +15,9 @@ from softmark.interpreter.dictionary.plain import CALLS, RESERVED
 from softmark.interpreter.dictionary.words import facts
 from softmark.interpreter.editor.known import declared, dimension, shown
 from softmark.interpreter.editor.surroundings import Frame, Surroundings
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
-from softmark.interpreter.language.schema import Constructor, Field, Vocabulary, article
+from softmark.interpreter.language.schema import Constructor, Field, article
 from softmark.interpreter.language.units import Dimension
 
 STATEMENTS = ("param", "expect", "use", "scene", "softmark")
@@ -39,7 +40,7 @@ def offers(here: Surroundings) -> Iterator[Offer]:
     """All that may stand at a place outside quotes and behind no number."""
     frame = here.frames[-1] if here.frames else None
     if not here.before:
-        yield from _kinds(here.document.vocabulary)
+        yield from _kinds()
     elif frame is None:
         yield from _outside(here)
     elif frame.function and frame.constructor is not None:
@@ -51,9 +52,9 @@ def offers(here: Surroundings) -> Iterator[Offer]:
 # ------------------------------------------------------------------ outside of brackets
 
 
-def _kinds(known: Vocabulary) -> Iterator[Offer]:
-    for kind in known:
-        words = ", ".join(list(known[kind])[:8])
+def _kinds() -> Iterator[Offer]:
+    for kind in CATALOGUE:
+        words = ", ".join(list(CATALOGUE[kind])[:8])
         yield Offer(
             kind, Kind.Keyword, f"declares {article(kind)} {kind}", f"`{kind} NAME = CONSTRUCTOR(...)`: {words}, ..."
         )
@@ -181,7 +182,7 @@ def names(here: Surroundings, *kinds: str) -> Iterator[Offer]:
 
 def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
     if field.kind == "element":
-        for word, cls in here.document.vocabulary.words().items():
+        for word, cls in CATALOGUE.words().items():
             yield Offer(word, Kind.EnumMember, (cls.__doc__ or "").strip().split("\n")[0])
         return
     yield from names(here, field.kind)
@@ -191,9 +192,8 @@ def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
 def made(here: Surroundings, kind: str) -> Iterator[Offer]:
     """What makes things of a kind."""
     known = {of: name for name, of in declared(here.document).items() if name != here.own}  # the last of each kind
-    words = here.document.vocabulary
-    for name in words.get(kind, {}):
-        if (c := words.constructor(kind, name)) is not None:
+    for name in CATALOGUE.get(kind, {}):
+        if (c := CATALOGUE.constructor(kind, name)) is not None:
             yield Offer(name, Kind.Constructor, c.summary, "", snippet(c, known))
 
 

@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 class Opened:
     """Documents by their URI, and the server that they are open with."""
 
-    def __init__(self, server: LanguageServer, plugins: Sequence[str] = ()) -> None:
-        self.server, self.plugins = server, tuple(plugins)
+    def __init__(self, server: LanguageServer) -> None:
+        self.server = server
         self.documents: dict[str, Document] = {}
         self.checks = Checks(server, self.documents)
 
     def open(self, item: types.TextDocumentItem) -> None:
         """A text that has been opened."""
-        self._have(item.uri, document(item.uri, item.text, item.version, self._snippets, plugins=self.plugins))
+        self._have(item.uri, document(item.uri, item.text, item.version, self._snippets))
 
     def change(
         self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
     ) -> None:
         """The same text after changes, one after the other."""
-        now = before = self.documents.get(which.uri) or document(which.uri, "", plugins=self.plugins)
+        now = before = self.documents.get(which.uri) or document(which.uri, "")
         for change in changes:
-            now = document(which.uri, changed(now, change), which.version, self._snippets, before.read, self.plugins)
+            now = document(which.uri, changed(now, change), which.version, self._snippets, before.read)
         self._have(which.uri, now)
 
     def again(self, uri: str) -> None:
@@ -60,17 +60,12 @@ class Opened:
 
 
 def document(
-    uri: str,
-    text: str,
-    version: int | None = None,
-    snippets: bool = False,
-    earlier: Scene | None = None,
-    plugins: tuple[str, ...] = (),
+    uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None
 ) -> Document:
     """A text of a URI; what lies in no file looks for files in the working folder."""
     path = to_fs_path(uri)
     file = Path(path) if path else None
-    return Document(text, file.parent if file else Path(), file, version, snippets, uri, plugins, earlier)
+    return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier)
 
 
 def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:

@@ -11,15 +11,13 @@ from __future__ import annotations
 import gc
 import sys
 import traceback
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from importlib import import_module
-from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, lsp_method
-from pygls.uris import to_fs_path
 
 from softmark import __version__
 from softmark.interpreter.editor import colouring, fixing
@@ -71,10 +69,9 @@ class Protocol(LanguageServerProtocol):
 
     @lsp_method(types.INITIALIZE)
     def lsp_initialize(self, params: types.InitializeParams) -> Generator[Any, Any, types.InitializeResult]:
-        """Columns count in UTF-16, which every client knows; plugins are those of the editor's settings, too."""
+        """Columns count in UTF-16, which every client knows."""
         if params.capabilities.general:
             params.capabilities.general.position_encodings = None
-        self._server.opened.plugins += asked_plugins(params)
         return (yield from super().lsp_initialize(params))
 
     @property
@@ -101,10 +98,10 @@ class Protocol(LanguageServerProtocol):
 class Server(LanguageServer):
     """The server of one editor, and what is open there."""
 
-    def __init__(self, plugins: Sequence[str] = ()) -> None:
+    def __init__(self) -> None:
         super().__init__("softmark", __version__, protocol_cls=Protocol)
         self.protocol: Protocol
-        self.opened = Opened(self, plugins)
+        self.opened = Opened(self)
         for method, feature in FEATURES.items():
             self.feature(method, feature.options)(self._answering(feature))
 
@@ -127,24 +124,14 @@ class Server(LanguageServer):
         return answered
 
 
-def asked_plugins(params: types.InitializeParams) -> tuple[str, ...]:
-    """Plugins that an editor names as it starts, `{"plugins": ["FILE", ...]}`; files are looked for in its folder."""
-    given = params.initialization_options
-    named = given.get("plugins") if isinstance(given, dict) else getattr(given, "plugins", None)
-    folders = [params.workspace_folders[0].uri] if params.workspace_folders else [params.root_uri]
-    root = Path(to_fs_path(folders[0] or "") or "")
-    asked = [name for name in named if isinstance(name, str) and name] if isinstance(named, list | tuple) else []
-    return tuple(str(root / name) if (root / name).is_file() else name for name in asked)
-
-
-def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -> int:
+def serve(incoming: BinaryIO, outgoing: BinaryIO) -> int:
     """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do.
 
     Returns the exit status of the protocol: 0 if the editor has asked for the end before, else 1.
     """
     gc.set_threshold(*LATER)
     quietly()
-    server = Server(plugins)
+    server = Server()
     server.opened.checks.warm(_first)
     server.start_io(incoming, outgoing)  # which keeps the status to itself
     return 0 if server.protocol.left else 1

@@ -335,18 +335,14 @@ def our_dsl(tmp_path: Path) -> str:
     return str(program)
 
 
-SWAY = Path(__file__).parents[1] / "errors" / "parts" / "sway_plugin.py"
-
-
 @pytest.mark.slow
 def test_the_client_of_vs_code_talks_with_the_server(our_dsl: str, tmp_path: Path) -> None:
     """Under Node, with a stand-in for VS Code: a message comes, the text is mended, and it goes."""
     pytest.importorskip("pygls")
     scene = tmp_path / "a.scene"
-    text = (ROOT / "templates" / "beam.scene").read_text().replace("length = L", "lenth = L")
-    scene.write_text(text + "metric aside = sway(axis)\n")  # a word of the plugin that a setting names
+    scene.write_text((ROOT / "templates" / "beam.scene").read_text().replace("length = L", "lenth = L"))
     stub = Path(__file__).parents[1] / "shared" / "vscode_stub.js"
-    ask = [_needs("node"), str(stub), str(vscode.CLIENT), our_dsl, str(scene), str(SWAY)]
+    ask = [_needs("node"), str(stub), str(vscode.CLIENT), our_dsl, str(scene)]
     done = subprocess.run(ask, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)

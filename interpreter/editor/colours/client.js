@@ -2,20 +2,12 @@
 // input and output, without dependencies. To add a request: a line in PROVIDERS, if the server says that it can.
 "use strict";
 const { spawn } = require("child_process");
-const fs = require("fs");
 const path = require("path");
 const vscode = require("vscode");
 
 const LANGUAGE = "softmark-scene";
 const COMMANDS = ["run", "compare", "stress"]; // of dsl, which the server offers over the lines of a scene
-const setting = (name) => vscode.workspace.getConfiguration("softmark").get(name);
-const dsl = () => setting("command") || "dsl";
-/** Plugins of the settings: files from the folder that is open, or names of installed ones. */
-const plugins = () => {
-  const folder = vscode.workspace.workspaceFolders?.[0]?.uri.fsPath ?? "";
-  const file = (name) => path.resolve(folder, name);
-  return (setting("plugins") ?? []).map((name) => (fs.existsSync(file(name)) ? file(name) : name));
-};
+const dsl = () => vscode.workspace.getConfiguration("softmark").get("command") || "dsl";
 let again; // tells the editor to ask once more for hints and lenses
 
 /** One conversation with a server: numbered requests, their answers, and what it says of its own accord. */
@@ -329,8 +321,7 @@ function watch(server, context, registrations) {
 function perform(name, file, ...options) {
   const scene = file ?? vscode.window.activeTextEditor?.document.uri.fsPath;
   if (!scene) return undefined;
-  const named = file ? [] : plugins().flatMap((one) => ["--plugin", one]); // the server has put them to what it offers
-  const execution = new vscode.ProcessExecution(dsl(), [name, scene, ...options, ...named], { cwd: path.dirname(scene) });
+  const execution = new vscode.ProcessExecution(dsl(), [name, scene, ...options], { cwd: path.dirname(scene) });
   const title = [name, path.basename(scene), ...options].join(" ");
   const task = new vscode.Task({ type: "softmark", title }, vscode.TaskScope.Workspace, title, "dsl", execution);
   return vscode.tasks.executeTask(task);
@@ -402,7 +393,6 @@ async function activate(context) {
       processId: process.pid,
       rootUri: folder,
       capabilities,
-      initializationOptions: { plugins: plugins() },
       workspaceFolders: folder ? [{ uri: folder, name: "workspace" }] : null,
     });
   } catch (error) {

@@ -69,11 +69,6 @@ def package() -> dict[str, Any]:
     """What the extension is and what it contributes."""
     where = "The command of softmark, with its path where it is not on the path of programs."
     command = {"type": "string", "default": "dsl", "scope": "machine-overridable", "description": where}
-    whose = "Plugins whose words scenes may use: files, from the folder that is open, or names of installed ones."
-    plugins = {"type": "array", "items": {"type": "string"}, "default": [], "scope": "machine-overridable",
-               "description": whose}  # fmt: skip
-    untrusted = {"supported": False, "description": "It starts the program that a setting names, and loads plugins."}
-    settings = {"softmark.command": command, "softmark.plugins": plugins}
     language = {"id": LANGUAGE, "aliases": ["softmark scene"], "extensions": [".scene"],
                 "configuration": "./language-configuration.json"}  # fmt: skip
     return {
@@ -85,9 +80,8 @@ def package() -> dict[str, Any]:
             "languages": [language],
             "grammars": [{"language": LANGUAGE, "scopeName": "source.softmark", "path": f"./{textmate.FILE}"}],
             "commands": [{"command": f"softmark.{name}", "title": f"softmark: {name} this scene"} for name in COMMANDS],
-            "configuration": {"title": "softmark", "properties": settings},
+            "configuration": {"title": "softmark", "properties": {"softmark.command": command}},
         },
-        "capabilities": {"untrustedWorkspaces": untrusted},
     }  # fmt: skip
 
 
