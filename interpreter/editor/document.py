@@ -43,7 +43,7 @@ class Document:
     snippets: bool = False
     address: str = ""  # the URI by which an editor knows it
     earlier: Scene | None = field(default=None, compare=False, repr=False)  # of the state before, as far as it was read
-    vocabulary: Vocabulary = field(default=CATALOGUE, compare=False, repr=False)
+    vocabulary: Vocabulary = field(default_factory=lambda: CATALOGUE, compare=False, repr=False)
 
     @property
     def uri(self) -> str:
