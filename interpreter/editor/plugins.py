@@ -1,7 +1,7 @@
 """Plugins whose words an editor knows: those that the command line or its settings name, and no others.
 
-They are loaded beside the requests, anew where their text has changed; until then nothing is checked, so that no word of
-theirs is called unknown. What is wrong with one is shown as a message, once, and the others stand.
+They are loaded beside the requests, anew where their text has changed; until then nothing is checked, so that no word
+of theirs is called unknown. What is wrong with one is shown as a message, once, and the others stand.
 """
 
 from __future__ import annotations

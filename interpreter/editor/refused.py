@@ -33,4 +33,5 @@ def _unforeseen(record: logging.LogRecord) -> bool:
 
 def report(error: BaseException) -> None:
     """Say why an answer failed: of a plugin its line and what it did, of ourselves the whole trace."""
-    print(blamed(error) or "".join(traceback.format_exception(error)), file=sys.stderr, flush=True)
+    sys.stderr.write(f"{blamed(error) or ''.join(traceback.format_exception(error))}\n")
+    sys.stderr.flush()

@@ -28,7 +28,7 @@ def watch(opened: Opened, params: types.InitializedParams) -> None:
 
 
 def saved(opened: Opened, params: types.DidSaveTextDocumentParams) -> None:
-    """Look again at a scene that is written to its file: at meshes, tables and plugins, too, of which no editor tells."""
+    """Look again at a scene that is written to its file: at meshes, tables and plugins as well, wherever they are."""
     opened.plugins.load()
     opened.again(params.text_document.uri)
 

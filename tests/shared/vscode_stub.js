@@ -3,6 +3,7 @@
 "use strict";
 const fs = require("fs");
 const Module = require("module");
+const path = require("path");
 const { pathToFileURL } = require("url");
 
 const [, , client, command, scene, ...plugins] = process.argv;
@@ -115,7 +116,7 @@ const stub = new Proxy(
         getConfiguration: () => ({ get: (name) => (name === "plugins" ? plugins : command) }),
         isTrusted: process.env.STUB_TRUSTED !== "no",
         textDocuments: [],
-        workspaceFolders: undefined,
+        workspaceFolders: [{ uri: { ...uri(pathToFileURL(path.dirname(scene)).href), fsPath: path.dirname(scene) } }],
         applyEdit: async () => true,
       },
       {

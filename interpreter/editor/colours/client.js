@@ -12,8 +12,9 @@ const dsl = () => vscode.workspace.getConfiguration("softmark").get("command") |
 const plugins = () => {
   const named = vscode.workspace.getConfiguration("softmark").get("plugins") ?? [];
   if (vscode.workspace.isTrusted !== false || !Array.isArray(named)) return named;
-  const folders = (vscode.workspace.workspaceFolders ?? []).map((one) => one.uri.fsPath + path.sep);
-  return named.filter((one) => path.isAbsolute(one) && !folders.some((own) => path.normalize(one).startsWith(own)));
+  const folders = (vscode.workspace.workspaceFolders ?? []).map((one) => one.uri.fsPath);
+  const within = (way) => !way.startsWith("..") && !path.isAbsolute(way);
+  return named.filter((one) => path.isAbsolute(String(one)) && !folders.some((own) => within(path.relative(own, one))));
 };
 let again; // tells the editor to ask once more for hints and lenses
 

@@ -70,12 +70,22 @@ def package() -> dict[str, Any]:
     """What the extension is and what it contributes."""
     where = "The command of softmark, with its path where it is not on the path of programs."
     command = {"type": "string", "default": "dsl", "scope": "machine-overridable", "description": where}
-    files = "Plugins whose words are known: Python files, from the folder that is open or with their whole path, or names "
-    plugins = {"type": "array", "items": {"type": "string"}, "default": [], "scope": "window",
-               "description": f"{files}of installed ones. They are run, so that a folder names some only if it is trusted."}
+    files = (
+        "Plugins whose words are known: Python files, from the folder that is open or with their whole path, or names "
+    )
+    plugins = {
+        "type": "array",
+        "items": {"type": "string"},
+        "default": [],
+        "scope": "window",
+        "description": f"{files}of installed ones. They are run, so that a folder names some only if it is trusted.",
+    }
     own = {"softmark.command": command, "softmark.plugins": plugins}  # each runs what it names
-    trust = {"supported": "limited", "restrictedConfigurations": sorted(own),
-             "description": "The settings of a folder that is not trusted choose neither the command nor plugins."}
+    trust = {
+        "supported": "limited",
+        "restrictedConfigurations": sorted(own),
+        "description": "The settings of a folder that is not trusted choose neither the command nor plugins.",
+    }
     language = {"id": LANGUAGE, "aliases": ["softmark scene"], "extensions": [".scene"],
                 "configuration": "./language-configuration.json"}  # fmt: skip
     return {
