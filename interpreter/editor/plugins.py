@@ -22,8 +22,6 @@ from softmark.interpreter.language.plugins import told
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
 
-    from softmark.interpreter.editor.opened import Opened
-
 SUFFIX = ".py"
 LATE = 10.0  # s, after which an editor is told that a plugin is not loaded yet
 FORM = 'the setting softmark.plugins is a list of Python files or names of installed plugins, such as ["gel.py"]'
@@ -108,9 +106,3 @@ def in_brief(found: Diagnostic) -> str:
     """A message with its line and its help, on one line."""
     line = f" (line {found.span.line})" if found.span else ""
     return f"{found.code}: {found.message}{line}" + (f"; {found.help}" if found.help else "")
-
-
-def configured(opened: Opened, params: types.DidChangeConfigurationParams) -> None:
-    """Settings have changed."""
-    opened.plugins.configure(params.settings)
-    opened.plugins.load()

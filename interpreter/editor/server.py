@@ -55,7 +55,7 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("colouring:colours", colouring.LEGEND),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: Feature("colouring:colours_between", colouring.LEGEND),
     types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature("signature:signature", types.SignatureHelpOptions(["(", ","], ["="])),
-    types.WORKSPACE_DID_CHANGE_CONFIGURATION: Feature("plugins:configured"),
+    types.WORKSPACE_DID_CHANGE_CONFIGURATION: Feature("watching:configured"),
     types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("watching:changed"),
     types.WORKSPACE_SYMBOL: Feature("outline:everywhere"),
 }

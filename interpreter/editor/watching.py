@@ -1,5 +1,4 @@
-"""Files that change while scenes are open: reports of runs, whose numbers stand beside lines, scenes that are used,
-and plugins.
+"""What changes while scenes are open: settings, reports, whose numbers stand beside lines, used scenes, and plugins.
 
 An editor that can be asked to tells of them (`workspace/didChangeWatchedFiles`); another shows what is new after the
 next change of the text.
@@ -43,3 +42,9 @@ def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
     can = opened.server.client_capabilities.workspace
     if can is not None and can.inlay_hint is not None and can.inlay_hint.refresh_support:
         opened.server.workspace_inlay_hint_refresh(None)
+
+
+def configured(opened: Opened, params: types.DidChangeConfigurationParams) -> None:
+    """Settings have changed, which may name other plugins."""
+    opened.plugins.configure(params.settings)
+    opened.plugins.load()
