@@ -17,17 +17,17 @@ from softmark.references.reference import Reference
 CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
 
-def page(name: str) -> str | None:
-    """The explanation of a name, or None."""
+def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
+    """The explanation of a name, or None; `words` may have those of plugins."""
     if CODE.match(name):
         from softmark.interpreter.dictionary.codes import pages
 
         known = pages().get(name.upper())
         return known.text if known else None
-    if found := CATALOGUE.find(name):
+    if found := words.find(name):
         return "\n\n".join(constructor_page(c) for c in found)
-    if name in CATALOGUE:
-        rows = [CATALOGUE.constructor(name, n) for n in CATALOGUE[name]]
+    if name in words:
+        rows = [words.constructor(name, n) for n in words[name]]
         lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
         fields = _field_page(name)
         return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}" + (f"\n\n{fields}" if fields else "")

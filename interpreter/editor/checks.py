@@ -11,7 +11,6 @@ import asyncio
 import gc
 import sys
 import threading
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -19,8 +18,10 @@ from typing import TYPE_CHECKING
 
 from lsprotocol import types
 
-from softmark.interpreter.editor.diagnostics import diagnostics
+from softmark.interpreter.editor.diagnostics import START, diagnostics
 from softmark.interpreter.editor.document import Document
+from softmark.interpreter.editor.refused import report
+from softmark.interpreter.language.plugins import blamed
 
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
@@ -46,14 +47,18 @@ class Checks:
         self.server, self.documents = server, documents
         self._due: dict[str, asyncio.TimerHandle] = {}
         self._said: dict[str, Said] = {}
-        self._jobs: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._jobs: SimpleQueue[Callable[[], object]] = SimpleQueue()
         sys.setswitchinterval(NEWLY)
         threading.Thread(target=self._work, name="checks", daemon=True).start()
 
     def warm(self, *jobs: Callable[[], object]) -> None:
         """Do what the first text will need, before there is one."""
         for job in (*jobs, gc.collect, gc.freeze):
-            self._jobs.put(lambda job=job: job() and None)  # type: ignore[misc]
+            self.do(job)
+
+    def do(self, job: Callable[[], object]) -> None:
+        """Do something in the thread, after what it has to do already."""
+        self._jobs.put(job)
 
     def due(self, uri: str) -> None:
         """The latest state of a text is to be checked."""
@@ -76,8 +81,9 @@ class Checks:
         document = self.documents[uri]
         try:
             at_once = diagnostics(document, document.compiled[1])
-        except Exception:  # the next state may be read all the same
-            traceback.print_exc(file=sys.stderr)
+        except (Exception, SystemExit) as error:  # the next state may be read all the same
+            report(error)
+            self._publish(uri, document, failed(error))
             return
         loop = asyncio.get_running_loop()
         meanwhile = loop.call_later(PATIENCE, self._meanwhile, uri, document, at_once)
@@ -89,15 +95,19 @@ class Checks:
             job = self._jobs.get()
             try:
                 job()
-            except Exception:  # said, and the next one is done all the same
-                traceback.print_exc(file=sys.stderr)
+            except (Exception, SystemExit) as error:  # said, and the next one is done all the same
+                report(error)
 
     def _check(
         self, loop: asyncio.AbstractEventLoop, uri: str, document: Document, at_once: list[types.Diagnostic],
         meanwhile: asyncio.TimerHandle,
     ) -> None:  # fmt: skip
         if self.documents.get(uri) is document:  # else there is a later state
-            found = diagnostics(document, document.checked[1])
+            try:
+                found = diagnostics(document, document.checked[1])
+            except (Exception, SystemExit) as error:
+                report(error)
+                found = [*at_once, *failed(error)]
             loop.call_soon_threadsafe(self._done, uri, Said(document, found, at_once), meanwhile)
 
     def _done(self, uri: str, said: Said, meanwhile: asyncio.TimerHandle) -> None:
@@ -114,6 +124,12 @@ class Checks:
     def _publish(self, uri: str, document: Document | None, found: list[types.Diagnostic]) -> None:
         version = document.version if document else None
         self.server.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, version))
+
+
+def failed(error: BaseException) -> list[types.Diagnostic]:
+    """What is said in a scene whose check has failed: where that is a plugin's fault, which and why."""
+    said = blamed(error)
+    return [types.Diagnostic(START, said, types.DiagnosticSeverity.Error, source="softmark")] if said else []
 
 
 def still(before: Said, now: Document) -> list[types.Diagnostic]:

@@ -16,10 +16,12 @@ from lsprotocol.types import Position, Range
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lex import BREAK, Token, lex
 from softmark.grammar.tree import Comment, Span, Tree
-from softmark.interpreter.front.catalogue import CATALOGUE, compiled
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.front.load import looked_at
+from softmark.interpreter.language.compile import compile_scene
 from softmark.interpreter.language.parameters import evaluate
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
 from softmark.interpreter.language.sources import ModuleTable
 
@@ -30,7 +32,8 @@ CHECKING = threading.RLock()  # one check at a time
 class Document:
     """A text and where it is kept: `folder` is where files that it names are looked for, `file` None if it has none.
 
-    `version` is what the editor counts its states by, `snippets` whether it takes texts with places to write over.
+    `version` is what the editor counts its states by, `snippets` whether it takes texts with places to write over,
+    `vocabulary` has the words that there are, with those of plugins that the editor names.
     """
 
     text: str
@@ -40,6 +43,7 @@ class Document:
     snippets: bool = False
     address: str = ""  # the URI by which an editor knows it
     earlier: Scene | None = field(default=None, compare=False, repr=False)  # of the state before, as far as it was read
+    vocabulary: Vocabulary = field(default_factory=lambda: CATALOGUE, compare=False, repr=False)
 
     @property
     def uri(self) -> str:
@@ -70,7 +74,7 @@ class Document:
     @cached_property
     def compiled(self) -> tuple[Scene, list[Diagnostic]]:
         """The scene as far as it can be read, and what of it cannot."""
-        return compiled(self.source, self.folder, self.file)
+        return compile_scene(self.source, self.folder, self.file, (), self.vocabulary)
 
     @property
     def read(self) -> Scene | None:
@@ -102,7 +106,7 @@ class Document:
     def table(self) -> ModuleTable:
         """All names of the scene and of what it uses, as far as they can be read."""
         table = self.compiled[0].table
-        return ModuleTable(CATALOGUE) if table is None else table
+        return ModuleTable(self.vocabulary) if table is None else table
 
     @cached_property
     def scope(self) -> Scope:

@@ -13,10 +13,10 @@ from softmark.interpreter.editor import markdown
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.known import declared, in_si, shown
 from softmark.interpreter.editor.surroundings import NAMES, Surroundings, around
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expressions import Value
 from softmark.interpreter.language.scene import Declared, Parameter
+from softmark.interpreter.language.schema import Constructor
 
 
 def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
@@ -76,8 +76,8 @@ def _quantity(tokens: list[Token], index: int) -> str:
 def _name(here: Surroundings, name: str, following: str) -> str:
     """What a name means where it stands: a kind, a field, a constructor, a choice, or what is declared."""
     frame = here.frames[-1] if here.frames else None
-    if not here.before and name in CATALOGUE:
-        return _page(name)
+    if not here.before and name in here.document.vocabulary:
+        return _page(here, name)
     made = frame.constructor if frame is not None and not frame.value and following == "EQUAL" else None
     if made is not None and (field := made.field(name)) is not None:
         return f"`{field.name}` of `{made.name}`: {markdown.prose(field.doc + facts(field))}"
@@ -90,9 +90,10 @@ def _called(here: Surroundings, name: str) -> str:
     """A constructor, of the kind that is due where there are several, or a function."""
     field = here.call.field if here.call else None
     kind = field.kind if field else here.kind
-    made = CATALOGUE.constructor(kind, name) if kind in CATALOGUE else None
-    found = made or next(iter(CATALOGUE.find(name)), None)
-    return markdown.constructor(found) if found else markdown.prose(word_page(name) or "")
+    words = here.document.vocabulary
+    made = words.constructor(kind, name) if kind in words else None
+    found = made or next(iter(words.find(name)), None)
+    return _word(here, found) if found else markdown.prose(word_page(name) or "")
 
 
 def _of_field(here: Surroundings, name: str) -> str:
@@ -102,18 +103,21 @@ def _of_field(here: Surroundings, name: str) -> str:
         return ""
     if name in field.options:
         return f"`{name}`: a choice for `{field.name}`: {markdown.prose(field.doc + facts(field))}"
-    if field.kind == "element" and name in CATALOGUE.words():
-        return _page(name)
-    word = (
-        CATALOGUE.constructor(field.kind, name)
-        if field.form in ("value", "fibres") and field.kind in CATALOGUE
-        else None
-    )
-    return markdown.constructor(word) if word and name not in declared(here.document) else ""
+    if field.kind == "element" and name in here.document.vocabulary.words():
+        return _page(here, name)
+    words = here.document.vocabulary
+    made = field.form in ("value", "fibres") and field.kind in words
+    word = words.constructor(field.kind, name) if made else None
+    return _word(here, word) if word and name not in declared(here.document) else ""
 
 
-def _page(name: str) -> str:
-    title, _, rest = (page(name) or "").partition("\n")
+def _word(here: Surroundings, word: Constructor) -> str:
+    owner = here.document.vocabulary.owner(word.kind, word.name)
+    return markdown.constructor(word) + (f"\n\nFrom the plugin {markdown.prose(owner.name)}" if owner else "")
+
+
+def _page(here: Surroundings, name: str) -> str:
+    title, _, rest = (page(name, here.document.vocabulary) or "").partition("\n")
     return f"{markdown.prose(title)}\n\n```text\n{rest.strip()}\n```"
 
 

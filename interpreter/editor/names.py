@@ -90,7 +90,7 @@ def document_of(document: Document, module: Module) -> Document:
     """A text that a scene is made of, for its places in the protocol."""
     if module is document.table.modules[0]:
         return document
-    return Document(module.source.text, module.folder, module.file)
+    return Document(module.source.text, module.folder, module.file, vocabulary=document.vocabulary)
 
 
 class Known:

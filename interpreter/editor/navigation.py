@@ -90,7 +90,7 @@ def _around(opened: Opened, uri: str, target: Target) -> Iterator[tuple[str, Doc
         except (OSError, ValueError):
             continue
         if file.resolve() == home.resolve() or _may_use(text, home, target.name):
-            yield file.as_uri(), Document(text, file.parent, file)
+            yield file.as_uri(), Document(text, file.parent, file, vocabulary=opened.documents[uri].vocabulary)
 
 
 def _may_use(text: str, home: Path, name: str) -> bool:

@@ -15,9 +15,8 @@ from softmark.interpreter.dictionary.plain import CALLS, RESERVED
 from softmark.interpreter.dictionary.words import facts
 from softmark.interpreter.editor.known import declared, dimension, shown
 from softmark.interpreter.editor.surroundings import Frame, Surroundings
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
-from softmark.interpreter.language.schema import Constructor, Field, article
+from softmark.interpreter.language.schema import Constructor, Field, Vocabulary, article
 from softmark.interpreter.language.units import Dimension
 
 STATEMENTS = ("param", "expect", "use", "scene", "softmark")
@@ -40,7 +39,7 @@ def offers(here: Surroundings) -> Iterator[Offer]:
     """All that may stand at a place outside quotes and behind no number."""
     frame = here.frames[-1] if here.frames else None
     if not here.before:
-        yield from _kinds()
+        yield from _kinds(here.document.vocabulary)
     elif frame is None:
         yield from _outside(here)
     elif frame.function and frame.constructor is not None:
@@ -52,9 +51,9 @@ def offers(here: Surroundings) -> Iterator[Offer]:
 # ------------------------------------------------------------------ outside of brackets
 
 
-def _kinds() -> Iterator[Offer]:
-    for kind in CATALOGUE:
-        words = ", ".join(list(CATALOGUE[kind])[:8])
+def _kinds(vocabulary: Vocabulary) -> Iterator[Offer]:
+    for kind in vocabulary:
+        words = ", ".join(list(vocabulary[kind])[:8])
         yield Offer(
             kind, Kind.Keyword, f"declares {article(kind)} {kind}", f"`{kind} NAME = CONSTRUCTOR(...)`: {words}, ..."
         )
@@ -182,7 +181,7 @@ def names(here: Surroundings, *kinds: str) -> Iterator[Offer]:
 
 def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
     if field.kind == "element":
-        for word, cls in CATALOGUE.words().items():
+        for word, cls in here.document.vocabulary.words().items():
             yield Offer(word, Kind.EnumMember, (cls.__doc__ or "").strip().split("\n")[0])
         return
     yield from names(here, field.kind)
@@ -192,8 +191,9 @@ def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
 def made(here: Surroundings, kind: str) -> Iterator[Offer]:
     """What makes things of a kind."""
     known = {of: name for name, of in declared(here.document).items() if name != here.own}  # the last of each kind
-    for name in CATALOGUE.get(kind, {}):
-        if (c := CATALOGUE.constructor(kind, name)) is not None:
+    vocabulary = here.document.vocabulary
+    for name in vocabulary.get(kind, {}):
+        if (c := vocabulary.constructor(kind, name)) is not None:
             yield Offer(name, Kind.Constructor, c.summary, "", snippet(c, known))
 
 

@@ -12,36 +12,41 @@ from pygls.uris import to_fs_path
 
 from softmark.interpreter.editor.checks import Checks
 from softmark.interpreter.editor.document import Document
+from softmark.interpreter.editor.plugins import Plugins
+from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.schema import Vocabulary
 
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
 
 
 class Opened:
-    """Documents by their URI, and the server that they are open with."""
+    """Documents by their URI, the server that they are open with, and the plugins that it was told of."""
 
-    def __init__(self, server: LanguageServer) -> None:
+    def __init__(self, server: LanguageServer, plugins: Sequence[str] = ()) -> None:
         self.server = server
         self.documents: dict[str, Document] = {}
         self.checks = Checks(server, self.documents)
+        self.plugins = Plugins(server, plugins, self.checks.do, self._renew)
+        self._waiting: set[str] = set()  # for plugins
 
     def open(self, item: types.TextDocumentItem) -> None:
         """A text that has been opened."""
-        self._have(item.uri, document(item.uri, item.text, item.version, self._snippets))
+        self._have(item.uri, self._document(item.uri, item.text, item.version))
 
     def change(
         self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
     ) -> None:
         """The same text after changes, one after the other."""
-        now = before = self.documents.get(which.uri) or document(which.uri, "")
+        now = before = self.documents.get(which.uri) or self._document(which.uri, "")
         for change in changes:
-            now = document(which.uri, changed(now, change), which.version, self._snippets, before.read)
+            now = self._document(which.uri, changed(now, change), which.version, before.read)
         self._have(which.uri, now)
 
     def again(self, uri: str) -> None:
         """The same text as if nothing were known of it: what it names may have changed."""
-        self._have(uri, replace(self.documents[uri]))
+        self._have(uri, replace(self.documents[uri], vocabulary=self.plugins.vocabulary))
 
     def close(self, uri: str) -> None:
         """A text that is no longer open."""
@@ -56,16 +61,34 @@ class Opened:
 
     def _have(self, uri: str, now: Document) -> None:
         self.documents[uri] = now
-        self.checks.due(uri)
+        if self.plugins.loading:
+            self._waiting.add(uri)
+        else:
+            self.checks.due(uri)
+
+    def _document(self, uri: str, text: str, version: int | None = None, earlier: Scene | None = None) -> Document:
+        return document(uri, text, version, self._snippets, earlier, self.plugins.vocabulary)
+
+    def _renew(self, changed: bool) -> None:
+        """Plugins are loaded: all is looked at again if there are other words now, else what has waited."""
+        waiting, self._waiting = self._waiting, set()
+        for uri in list(self.documents if changed else waiting & self.documents.keys()):
+            self.again(uri)
+        can = self.server.client_capabilities.workspace
+        if changed and can and can.semantic_tokens and can.semantic_tokens.refresh_support:
+            self.server.workspace_semantic_tokens_refresh(None)
+        if changed and can and can.inlay_hint and can.inlay_hint.refresh_support:
+            self.server.workspace_inlay_hint_refresh(None)
 
 
 def document(
-    uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None
-) -> Document:
+    uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None,
+    vocabulary: Vocabulary = CATALOGUE,
+) -> Document:  # fmt: skip
     """A text of a URI; what lies in no file looks for files in the working folder."""
     path = to_fs_path(uri)
     file = Path(path) if path else None
-    return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier)
+    return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier, vocabulary)
 
 
 def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:

@@ -1,12 +1,19 @@
-"""A request that is not granted, with the reason, which an editor shows: the one exception that reaches it."""
+"""A request that is not granted, with the reason, which an editor shows: the one exception that reaches it.
+
+Any other is said on standard error.
+"""
 
 from __future__ import annotations
 
 import logging
+import sys
+import traceback
 
 from lsprotocol.types import LSPErrorCodes
 from pygls.exceptions import JsonRpcException
 from pygls.protocol import json_rpc
+
+from softmark.interpreter.language.plugins import blamed
 
 
 class Refused(JsonRpcException):
@@ -22,3 +29,9 @@ def quietly() -> None:
 
 def _unforeseen(record: logging.LogRecord) -> bool:
     return not (record.exc_info and isinstance(record.exc_info[1], Refused))
+
+
+def report(error: BaseException) -> None:
+    """Say why an answer failed: of a plugin its line and what it did, of ourselves the whole trace."""
+    sys.stderr.write(f"{blamed(error) or ''.join(traceback.format_exception(error))}\n")
+    sys.stderr.flush()

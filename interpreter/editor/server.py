@@ -9,9 +9,7 @@ the answer is None; but for a reason why something is not done (`refused.py`), w
 from __future__ import annotations
 
 import gc
-import sys
-import traceback
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from importlib import import_module
 from typing import Any, BinaryIO, NamedTuple
 
@@ -23,7 +21,7 @@ from softmark import __version__
 from softmark.interpreter.editor import colouring, fixing
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.opened import Opened
-from softmark.interpreter.editor.refused import Refused, quietly
+from softmark.interpreter.editor.refused import Refused, quietly, report
 from softmark.scenes import ROOT
 
 LATER = (50_000, 20, 20)  # when Python looks for unused cycles: a state of a text is some ten thousand objects
@@ -57,6 +55,7 @@ FEATURES: dict[str, Feature] = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("colouring:colours", colouring.LEGEND),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: Feature("colouring:colours_between", colouring.LEGEND),
     types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature("signature:signature", types.SignatureHelpOptions(["(", ","], ["="])),
+    types.WORKSPACE_DID_CHANGE_CONFIGURATION: Feature("watching:configured"),
     types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("watching:changed"),
     types.WORKSPACE_SYMBOL: Feature("outline:everywhere"),
 }
@@ -69,10 +68,13 @@ class Protocol(LanguageServerProtocol):
 
     @lsp_method(types.INITIALIZE)
     def lsp_initialize(self, params: types.InitializeParams) -> Generator[Any, Any, types.InitializeResult]:
-        """Columns count in UTF-16, which every client knows."""
+        """Columns count in UTF-16, which every client knows; plugins are loaded while it still hears what we can do."""
         if params.capabilities.general:
             params.capabilities.general.position_encodings = None
-        return (yield from super().lsp_initialize(params))
+        answer = yield from super().lsp_initialize(params)
+        self._server.opened.plugins.configure(params.initialization_options)
+        self._server.opened.plugins.load()
+        return answer
 
     @property
     def left(self) -> bool:
@@ -98,10 +100,10 @@ class Protocol(LanguageServerProtocol):
 class Server(LanguageServer):
     """The server of one editor, and what is open there."""
 
-    def __init__(self) -> None:
+    def __init__(self, plugins: Sequence[str] = ()) -> None:
         super().__init__("softmark", __version__, protocol_cls=Protocol)
         self.protocol: Protocol
-        self.opened = Opened(self)
+        self.opened = Opened(self, plugins)
         for method, feature in FEATURES.items():
             self.feature(method, feature.options)(self._answering(feature))
 
@@ -117,21 +119,22 @@ class Server(LanguageServer):
                 return None if about is None else getattr(import_module(name), function)(about, params)
             except Refused:
                 raise
-            except Exception:  # an editor goes on without this answer
-                traceback.print_exc(file=sys.stderr)
+            except (Exception, SystemExit) as error:  # an editor goes on without this answer
+                report(error)
                 return None
 
         return answered
 
 
-def serve(incoming: BinaryIO, outgoing: BinaryIO) -> int:
+def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -> int:
     """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do.
 
+    `plugins` are files or names of plugins whose words it knows, beside those that the editor's settings name.
     Returns the exit status of the protocol: 0 if the editor has asked for the end before, else 1.
     """
     gc.set_threshold(*LATER)
     quietly()
-    server = Server()
+    server = Server(plugins)
     server.opened.checks.warm(_first)
     server.start_io(incoming, outgoing)  # which keeps the status to itself
     return 0 if server.protocol.left else 1

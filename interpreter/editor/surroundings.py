@@ -12,7 +12,6 @@ from functools import cached_property
 from softmark.grammar.lex import Token
 from softmark.grammar.split import CLOSERS, OPENERS, UNFINISHED, Chunk, declarations
 from softmark.interpreter.editor.document import Document
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language.schema import Constructor, Field
 
 STRINGS = frozenset({"STRING", "UNCLOSED_STRING"})
@@ -192,5 +191,6 @@ def _constructor(here: Surroundings, function: str, outer: list[Frame]) -> Const
     call = next((frame for frame in reversed(outer) if frame.function), None)
     field = call.field if call else None
     kind = field.kind if field else here.kind
-    made = CATALOGUE.constructor(kind, function) if kind in CATALOGUE else None
-    return made or next(iter(CATALOGUE.find(function)), None)
+    words = here.document.vocabulary
+    made = words.constructor(kind, function) if kind in words else None
+    return made or next(iter(words.find(function)), None)

@@ -1,4 +1,4 @@
-"""Files that change while scenes are open: reports of runs, whose numbers stand beside lines, and scenes that are used.
+"""What changes while scenes are open: settings, reports, whose numbers stand beside lines, used scenes, and plugins.
 
 An editor that can be asked to tells of them (`workspace/didChangeWatchedFiles`); another shows what is new after the
 next change of the text.
@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from softmark.interpreter.editor import plugins
 from softmark.interpreter.editor.opened import Opened
 from softmark.interpreter.language.sources import SUFFIX
 
-WATCHED = ("**/report.json", f"**/*{SUFFIX}")
+WATCHED = ("**/report.json", f"**/*{SUFFIX}", f"**/*{plugins.SUFFIX}")
 
 
 def watch(opened: Opened, params: types.InitializedParams) -> None:
@@ -26,15 +27,24 @@ def watch(opened: Opened, params: types.InitializedParams) -> None:
 
 
 def saved(opened: Opened, params: types.DidSaveTextDocumentParams) -> None:
-    """Look again at a scene that is written to its file: at meshes and tables, too, of which no editor tells."""
+    """Look again at a scene that is written to its file: at meshes, tables and plugins as well, wherever they are."""
+    opened.plugins.load()
     opened.again(params.text_document.uri)
 
 
 def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
     """Look again at what lies in files: of scenes that are open anew, and at the numbers beside their lines."""
+    if opened.plugins.has([change.uri for change in params.changes]):
+        opened.plugins.load()
     if any(change.uri.endswith(SUFFIX) for change in params.changes):
         for uri in list(opened.documents):
             opened.again(uri)
     can = opened.server.client_capabilities.workspace
     if can is not None and can.inlay_hint is not None and can.inlay_hint.refresh_support:
         opened.server.workspace_inlay_hint_refresh(None)
+
+
+def configured(opened: Opened, params: types.DidChangeConfigurationParams) -> None:
+    """Settings have changed, which may name other plugins."""
+    opened.plugins.configure(params.settings)
+    opened.plugins.load()

@@ -355,6 +355,35 @@ def test_the_client_of_vs_code_talks_with_the_server(our_dsl: str, tmp_path: Pat
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("trusted", "named", "heard"), [("yes", "bad.py", True), ("no", "bad.py", False), ("no", "{folder}/bad.py", False)]
+)
+def test_the_client_names_plugins_of_its_settings_but_none_beside_a_scene_that_is_not_trusted(
+    our_dsl: str, tmp_path: Path, trusted: str, named: str, heard: bool
+) -> None:
+    """A plugin that is no Python is told by the server, which was told to load it."""
+    pytest.importorskip("pygls")
+    scene = tmp_path / "a.scene"
+    scene.write_text((ROOT / "templates" / "beam.scene").read_text().replace("length = L", "lenth = L"))
+    (tmp_path / "bad.py").write_text("SOFTMARK = {")
+    stub = Path(__file__).parents[1] / "shared" / "vscode_stub.js"
+    ask = [_needs("node"), str(stub), str(vscode.CLIENT), our_dsl, str(scene), named.format(folder=tmp_path)]
+    done = subprocess.run(ask, capture_output=True, text=True, timeout=60, env={**os.environ, "STUB_TRUSTED": trusted})
+    assert done.returncode == 0, done.stderr
+    assert ["W730" in one for one in json.loads(done.stdout)["shown"]] == [True] * heard
+
+
+def test_a_folder_that_is_not_trusted_chooses_nothing_that_is_run() -> None:
+    """VS Code leaves out what such a folder says of restricted settings: all that we have, each names what is run."""
+    package = vscode.package()
+    own = set(package["contributes"]["configuration"]["properties"])
+    assert own == {"softmark.command", "softmark.plugins"}
+    trust = package["capabilities"]["untrustedWorkspaces"]
+    assert trust["supported"] == "limited"
+    assert set(trust["restrictedConfigurations"]) == own
+
+
+@pytest.mark.slow
 def test_the_client_says_how_to_install_a_server_that_is_not_there(tmp_path: Path) -> None:
     stub = Path(__file__).parents[1] / "shared" / "vscode_stub.js"
     (tmp_path / "a.scene").touch()

@@ -43,7 +43,8 @@ async def began(client: LanguageClient) -> None:
         known(params)
 
     client.protocol.fm.features[publish] = keep
-    for request in (types.CLIENT_REGISTER_CAPABILITY, types.WORKSPACE_INLAY_HINT_REFRESH):
+    refreshed = (types.WORKSPACE_INLAY_HINT_REFRESH, types.WORKSPACE_SEMANTIC_TOKENS_REFRESH)
+    for request in (types.CLIENT_REGISTER_CAPABILITY, *refreshed):
         client.feature(request)(lambda params: None)  # which the server asks of it, and needs no answer to
     capabilities = client_capabilities("visual-studio-code")
     await client.initialize_session(types.InitializeParams(capabilities))

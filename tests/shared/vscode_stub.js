@@ -1,11 +1,12 @@
 // As much of VS Code's `vscode` module as the client of `dsl editor vscode` uses, so that it runs under Node alone.
-// node vscode_stub.js CLIENT COMMAND SCENE: opens the scene, asks everything once, prints the answers as JSON.
+// node vscode_stub.js CLIENT COMMAND SCENE [PLUGIN]...: opens the scene, asks everything once, prints the answers as JSON.
 "use strict";
 const fs = require("fs");
 const Module = require("module");
+const path = require("path");
 const { pathToFileURL } = require("url");
 
-const [, , client, command, scene] = process.argv;
+const [, , client, command, scene, ...plugins] = process.argv;
 const registered = {};
 const listeners = {};
 class Thing {
@@ -84,6 +85,7 @@ const stub = new Proxy(
         console.error(text);
         process.exit(3);
       },
+      showWarningMessage: (text) => void shown.push(text),
       showInformationMessage: (text) => void shown.push(text),
       createOutputChannel: () => ({ append: () => {}, appendLine: () => {} }),
     },
@@ -111,9 +113,10 @@ const stub = new Proxy(
           registered[`watched ${pattern}`] = true;
           return { onDidCreate: () => ({}), onDidChange: () => ({}), onDidDelete: () => ({}) };
         },
-        getConfiguration: () => ({ get: () => command }),
+        getConfiguration: () => ({ get: (name) => (name === "plugins" ? plugins : command) }),
+        isTrusted: process.env.STUB_TRUSTED !== "no",
         textDocuments: [],
-        workspaceFolders: undefined,
+        workspaceFolders: [{ uri: { ...uri(pathToFileURL(path.dirname(scene)).href), fsPath: path.dirname(scene) } }],
         applyEdit: async () => true,
       },
       {

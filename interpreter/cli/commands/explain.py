@@ -28,7 +28,7 @@ def run(parsed: argparse.Namespace) -> int:
     show(found)
     if errors(found):
         return 2
-    text = page_of_plugins(words, parsed.name) or page(parsed.name)
+    text = page_of_plugins(words, parsed.name) or page(parsed.name, words)
     if text is None:
         print(visible(f"error: there is nothing called `{parsed.name}`; {hint(parsed.name)}"), file=sys.stderr)
         return 2

@@ -7,10 +7,13 @@ import os
 import sys
 from importlib.util import find_spec
 
+from softmark.interpreter.cli.commands.options import plugin_option
+
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[--stdio]"""
+    """[--stdio] [--plugin FILE|NAME]..."""
     parser.add_argument("--stdio", action="store_true", help="talk over standard input and output, as always")
+    plugin_option(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -31,4 +34,4 @@ def run(parsed: argparse.Namespace) -> int:
     from softmark.interpreter.editor.server import serve
 
     pausing.end()
-    return serve(incoming, outgoing)
+    return serve(incoming, outgoing, parsed.plugins)

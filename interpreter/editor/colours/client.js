@@ -8,6 +8,14 @@ const vscode = require("vscode");
 const LANGUAGE = "softmark-scene";
 const COMMANDS = ["run", "compare", "stress"]; // of dsl, which the server offers over the lines of a scene
 const dsl = () => vscode.workspace.getConfiguration("softmark").get("command") || "dsl";
+/** Plugins that the settings name; where the folder is not trusted, none of what lies in it. */
+const plugins = () => {
+  const named = vscode.workspace.getConfiguration("softmark").get("plugins") ?? [];
+  if (vscode.workspace.isTrusted !== false || !Array.isArray(named)) return named;
+  const folders = (vscode.workspace.workspaceFolders ?? []).map((one) => one.uri.fsPath);
+  const within = (way) => !way.startsWith("..") && !path.isAbsolute(way);
+  return named.filter((one) => path.isAbsolute(String(one)) && !folders.some((own) => within(path.relative(own, one))));
+};
 let again; // tells the editor to ask once more for hints and lenses
 
 /** One conversation with a server: numbered requests, their answers, and what it says of its own accord. */
@@ -270,6 +278,7 @@ const PROVIDERS = {
     vscode.languages.registerDocumentSemanticTokensProvider(
       LANGUAGE,
       {
+        onDidChangeSemanticTokens: again.event,
         provideDocumentSemanticTokens: async (d, token) => {
           const found = await server.ask("textDocument/semanticTokens/full", file(d), token);
           return found && new vscode.SemanticTokens(new Uint32Array(found.data));
@@ -352,13 +361,15 @@ async function activate(context) {
   server.handlers.set("textDocument/publishDiagnostics", (p) =>
     found.set(vscode.Uri.parse(p.uri), p.diagnostics.map(diagnostic)),
   );
-  server.handlers.set("window/showMessage", (p) => vscode.window.showInformationMessage(p.message));
+  server.handlers.set("window/showMessage", (p) =>
+    p.type <= 2 ? vscode.window.showWarningMessage(p.message) : vscode.window.showInformationMessage(p.message),
+  );
   server.handlers.set("window/logMessage", (p) => log.appendLine(p.message));
   server.handlers.set("workspace/applyEdit", async (p) => ({
     applied: await vscode.workspace.applyEdit(changes(p.edit)),
   }));
   server.handlers.set("client/registerCapability", (p) => watch(server, context, p.registrations));
-  for (const what of ["inlayHint", "codeLens"]) server.handlers.set(`workspace/${what}/refresh`, () => again.fire());
+  for (const what of ["inlayHint", "codeLens", "semanticTokens"]) server.handlers.set(`workspace/${what}/refresh`, () => again.fire());
   server.handlers.set("workspace/configuration", (p) => p.items.map(() => null));
   const folder = vscode.workspace.workspaceFolders?.[0]?.uri.toString() ?? null;
   const capabilities = {
@@ -367,6 +378,8 @@ async function activate(context) {
       didChangeWatchedFiles: { dynamicRegistration: true },
       inlayHint: { refreshSupport: true },
       codeLens: { refreshSupport: true },
+      semanticTokens: { refreshSupport: true },
+      didChangeConfiguration: {},
     },
     textDocument: {
       completion: {
@@ -393,6 +406,7 @@ async function activate(context) {
       processId: process.pid,
       rootUri: folder,
       capabilities,
+      initializationOptions: { softmark: { plugins: plugins() } },
       workspaceFolders: folder ? [{ uri: folder, name: "workspace" }] : null,
     });
   } catch (error) {
@@ -404,6 +418,12 @@ async function activate(context) {
     const can = answer.capabilities[name];
     if (can) context.subscriptions.push(provide(server, can));
   }
+  const configure = () =>
+    server.notify("workspace/didChangeConfiguration", { settings: { softmark: { plugins: plugins() } } });
+  context.subscriptions.push(
+    vscode.workspace.onDidChangeConfiguration((e) => e.affectsConfiguration("softmark.plugins") && configure()),
+    vscode.workspace.onDidGrantWorkspaceTrust(configure),
+  );
   context.subscriptions.push(found, log, follow(server));
 }
 

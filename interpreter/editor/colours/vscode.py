@@ -34,7 +34,8 @@ def install(folder: Path) -> str:
     return (
         f"code --install-extension {folder / FILE}    (codium, cursor and code-server take it alike)\n"
         'The language server is that of `dsl`: pip install "softmark[lsp]"\n'
-        "The setting softmark.command says where `dsl` is, if it is not found."
+        "The setting softmark.command says where `dsl` is, if it is not found.\n"
+        "The setting softmark.plugins names plugins whose words are known."
     )
 
 
@@ -69,6 +70,22 @@ def package() -> dict[str, Any]:
     """What the extension is and what it contributes."""
     where = "The command of softmark, with its path where it is not on the path of programs."
     command = {"type": "string", "default": "dsl", "scope": "machine-overridable", "description": where}
+    files = (
+        "Plugins whose words are known: Python files, from the folder that is open or with their whole path, or names "
+    )
+    plugins = {
+        "type": "array",
+        "items": {"type": "string"},
+        "default": [],
+        "scope": "window",
+        "description": f"{files}of installed ones. They are run, so that a folder names some only if it is trusted.",
+    }
+    own = {"softmark.command": command, "softmark.plugins": plugins}  # each runs what it names
+    trust = {
+        "supported": "limited",
+        "restrictedConfigurations": sorted(own),
+        "description": "The settings of a folder that is not trusted choose neither the command nor plugins.",
+    }
     language = {"id": LANGUAGE, "aliases": ["softmark scene"], "extensions": [".scene"],
                 "configuration": "./language-configuration.json"}  # fmt: skip
     return {
@@ -76,11 +93,12 @@ def package() -> dict[str, Any]:
         "description": "Scenes of softmark: colours, messages while typing, completion, meanings, formatting",
         "license": "Apache-2.0", "engines": {"vscode": "^1.75.0"}, "categories": ["Programming Languages"],
         "main": "./client.js", "activationEvents": [f"onLanguage:{LANGUAGE}"],
+        "capabilities": {"untrustedWorkspaces": trust, "virtualWorkspaces": False},
         "contributes": {
             "languages": [language],
             "grammars": [{"language": LANGUAGE, "scopeName": "source.softmark", "path": f"./{textmate.FILE}"}],
             "commands": [{"command": f"softmark.{name}", "title": f"softmark: {name} this scene"} for name in COMMANDS],
-            "configuration": {"title": "softmark", "properties": {"softmark.command": command}},
+            "configuration": {"title": "softmark", "properties": own},
         },
     }  # fmt: skip
 
@@ -130,5 +148,6 @@ _README = """\
 # softmark
 
 Scenes of softmark in the editor: colours, and what the language server `dsl lsp` says while you type. Install it with
-`pip install "softmark[lsp]"`. The setting `softmark.command` says where `dsl` is, if it is not on the path of programs.
+`pip install "softmark[lsp]"`. The setting `softmark.command` says where `dsl` is, if it is not on the path of programs,
+`softmark.plugins` which plugins' words are known. A folder that is not trusted chooses neither.
 """
