@@ -45,5 +45,6 @@ def _offers(document: Document) -> Iterator[tuple[tree.Span, str, str, *tuple[st
 
 def _lens(document: Document, span: tree.Span, title: str, command: str, *options: str) -> types.CodeLens:
     at = document.position(span.start)
-    words = [str(document.file), *options]
+    named = (word for plugin in document.vocabulary.plugins for word in ("--plugin", plugin.asked))
+    words = [str(document.file), *options, *named]
     return types.CodeLens(types.Range(at, at), types.Command(title, command, arguments=words))

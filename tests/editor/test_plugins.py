@@ -16,6 +16,10 @@ from editor_texts import LINES, SCENE
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient
 
+from softmark.interpreter.editor.document import Document
+from softmark.interpreter.editor.lenses import lenses
+from softmark.interpreter.front.catalogue import vocabulary_with
+
 pytestmark = LOOP
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 NAMED = [part for name in ("breaking_plugin.py", "broken_plugin.py") for part in ("--plugin", str(PARTS / name))]
@@ -146,3 +150,14 @@ async def test_a_word_that_fails_is_said_in_the_scene_and_ends_nothing(client: L
     assert any("ZeroDivisionError" in d.message and "failing.py" in d.message for d in await said(client, text))
     configure(client)
     assert errors(await said(client, text)) == UNKNOWN
+
+
+async def test_what_a_lens_runs_has_the_plugins(tmp_path: Path) -> None:
+    (tmp_path / "sway.py").write_text(SWAY)
+    named = str(tmp_path / "sway.py")
+    vocabulary, found = vocabulary_with([named])
+    assert not found
+    document = Document(SCENE, tmp_path, tmp_path / "a.scene", vocabulary=vocabulary)
+    offered = lenses(document, types.CodeLensParams(types.TextDocumentIdentifier(document.uri)))
+    assert offered
+    assert all(list(one.command.arguments or ())[-2:] == ["--plugin", named] for one in offered if one.command)
