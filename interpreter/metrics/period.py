@@ -83,7 +83,7 @@ def _oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
     for _ in range(PASSES):
         times, peaks = _half_waves(t, q - rest)
         if len(peaks) < 3:
-            raise Undefined("the point does not cross its position of rest four times")
+            raise Undefined("the point does not cross its position of rest four times; a longer `duration` shows more")
         peaks = peaks + rest
         slope, offset = np.polyfit(peaks[:-1], peaks[1:], 1)
         if not slope < 0.0:
