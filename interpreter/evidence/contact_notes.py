@@ -19,6 +19,7 @@ from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
+from softmark.interpreter.models.shared.contacting import longest
 from softmark.interpreter.problem.parts.surface import loaded
 from softmark.solvers.contact.gaps import gap_of
 
@@ -77,21 +78,44 @@ def _pressed(rest: AtRest | None, name: str, nodes: Any) -> float:
     return float(f[nodes].sum() / total) if (total := float(f.sum())) > 0.0 else 0.0
 
 
-def cut_in(declared: Declared, case: Case, rest: AtRest, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
+def cut_in(
+    declared: Declared, case: Case, rest: AtRest, mesh: Mesh | None, facts: Mapping[str, Any]
+) -> Iterator[Diagnostic]:
     """A warning for each contact whose facets cut so deep into what presses that they do not follow it."""
     checks = (facts.get("checks") or {}).get("contact") or {}
     for touch in case.contacts:
         gap, deep = gap_of(touch.rigid.thing.shape), (checks.get(touch.name) or {}).get("overlap") or 0.0
-        sharpest = np.inf if gap is None else gap.sharpest or np.inf
-        if rest.reason is None and deep > max(DEEP * min(rest.moved, sharpest), NOTHING * rest.extent):
+        sharpest = np.inf if gap is None else gap.sharpest
+        most = max(DEEP * min(rest.moved, sharpest or np.inf), NOTHING * rest.extent)
+        if rest.reason is None and deep > most:
             yield diagnostic(
                 "W659",
                 declared.at("size"),
                 f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into"
                 f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
-                "it may have gone through between them: use cells as fine as the least radius of what presses",
+                _finer(case, touch, mesh, sharpest, deep / most),
             )
+
+
+def _finer(case: Case, touch: Touch, mesh: Mesh | None, sharpest: float, times: float) -> str:
+    """What would follow a rigid body of that least radius, m, where facets cut in so many times what they may.
+
+    A chord of length h cuts h^2 / (8 r) into what is round, and a part of h into a sharp edge.
+    """
+    if 0.0 < sharpest < _longest(case, touch, mesh):
+        return "it may have gone through between them: use cells as fine as the least radius of what presses"
+    if not sharpest:
+        return f"use some {rounded(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"
+    finer = f"{rounded(times**0.5, 2):g} times finer ones, for what cuts in goes with the square of their size"
+    least = f"cells are as fine as the least radius, {units.show(rounded(sharpest, 2), units.LENGTH)}, already: "
+    return f"{least if np.isfinite(sharpest) else ''}use some {finer}"
+
+
+def _longest(case: Case, touch: Touch, mesh: Mesh) -> float:
+    """The longest side of facets that may touch, m; of a slice in its plane."""
+    points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
+    return longest(points, loaded(case.shape, mesh, touch.thing.where).touched)
 
 
 def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:

@@ -115,7 +115,7 @@ def solve(work: Work, name: str) -> None:
         from softmark.interpreter.evidence.contact_notes import contradicted, cut_in, held_off
 
         metrics = [metric.thing for metric in work.scene.of_kind("metric").values()]
-        cut = cut_in(declared, case, rest, solution.facts)
+        cut = cut_in(declared, case, rest, prepared.mesh, solution.facts)
         work.warn((), here=(*cut, *contradicted(declared, rest, metrics), *held_off(declared, case, rest)))
     outline, kind = declared.thing.outline(case), declared.thing.kind(case)
     held = reactions(case, prepared, rest)

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from octahedra import octahedron
 
 from softmark import load
+from softmark.interpreter.evidence.contact_notes import _finer
+from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.solvers.mesh.shapes import Box
 
 SOLID = """softmark 1
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -88,3 +94,15 @@ def test_what_points_suffice_for_is_solved_as_before(tmp_path: Path) -> None:
     found = load(tmp_path / "a.scene").run().models["cells"]
     assert found.status == "converged"
     assert found.solve["joined"] == 0
+
+
+@pytest.mark.parametrize(("radius", "said"), [(0.0, "use some 4 times finer cells"), (inf, "use some 2 times finer")])
+def test_what_would_follow_an_edge_or_what_is_hollow_is_no_radius(radius: float, said: str) -> None:
+    """A facet on an edge is as deep as it is long, on what is bent goes with the square: four times is too deep.
+
+    Neither depends on a scene; what is round has golden messages.
+    """
+    mesh = Box((0.01, 0.01, 0.01)).mesh("hex8", 0.01)
+    case: Any = SimpleNamespace(shape=Box((0.01, 0.01, 0.01)), planar=False)
+    touch: Any = SimpleNamespace(thing=SimpleNamespace(where=EVERYWHERE))
+    assert _finer(case, touch, mesh, radius, 4.0).startswith(said)

@@ -121,11 +121,11 @@ def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
     facet = FACETS[facets.shape[1]]
     steps = 1 + (facet.nodes > facet.corners)
     if not case.planar:
-        steps *= _finer(gap_of(touch.rigid.thing.shape), _longest(points, facets))
+        steps *= _finer(gap_of(touch.rigid.thing.shape), longest(points, facets))
     return steps if len(facet.lattice(steps)) > facet.nodes else 0
 
 
-def _longest(points: Floats, facets: Ints) -> float:
+def longest(points: Floats, facets: Ints) -> float:
     """The longest side of the triangles that facets (f, a) are split into, m."""
     corners = points[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
@@ -138,7 +138,7 @@ def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
     """
     facet = FACETS[facets.shape[1]]
     parts = max(1, steps // (1 + (facet.nodes > facet.corners)))
-    return gap.sharpest * parts < _longest(points, facets)
+    return gap.sharpest * parts < longest(points, facets)
 
 
 def _finer(gap: Gap | None, longest: float) -> int:
