@@ -370,7 +370,10 @@ def test_the_client_names_plugins_of_its_settings_but_none_beside_a_scene_that_i
     ask = [_needs("node"), str(stub), str(vscode.CLIENT), our_dsl, str(scene), named.format(folder=tmp_path)]
     done = subprocess.run(ask, capture_output=True, text=True, timeout=60, env={**os.environ, "STUB_TRUSTED": trusted})
     assert done.returncode == 0, done.stderr
-    assert ["W730" in one for one in json.loads(done.stdout)["shown"]] == [True] * heard
+    said = json.loads(done.stdout)
+    assert ["W730" in one for one in said["shown"]] == [True] * heard
+    asked = ["--plugin", str(tmp_path / "bad.py")] if heard else []
+    assert said["answers"]["own"]["execution"]["words"] == ["run", str(scene), *asked]
 
 
 def test_a_folder_that_is_not_trusted_chooses_nothing_that_is_run() -> None:

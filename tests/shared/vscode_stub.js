@@ -87,6 +87,7 @@ const stub = new Proxy(
       },
       showWarningMessage: (text) => void shown.push(text),
       showInformationMessage: (text) => void shown.push(text),
+      activeTextEditor: { document: { uri: { fsPath: scene } } },
       createOutputChannel: () => ({ append: () => {}, appendLine: () => {} }),
     },
     EventEmitter: class {
@@ -177,6 +178,7 @@ async function main() {
   await ask("registerInlayHintsProvider", "provideInlayHints", whole, undefined);
   await ask("registerCodeLensProvider", "provideCodeLenses", undefined);
   await ask("registerDocumentSemanticTokensProvider", "provideDocumentSemanticTokens", undefined);
+  if (plugins.length) answers.own = registered["softmark.run"]();
   answers.run = registered["softmark.run"](scene, "--model", "rod");
   await deactivate();
   console.log(JSON.stringify({ broken, left: found(), registered: Object.keys(registered), shown, answers }));

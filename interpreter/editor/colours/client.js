@@ -2,6 +2,7 @@
 // input and output, without dependencies. To add a request: a line in PROVIDERS, if the server says that it can.
 "use strict";
 const { spawn } = require("child_process");
+const fs = require("fs");
 const path = require("path");
 const vscode = require("vscode");
 
@@ -15,6 +16,11 @@ const plugins = () => {
   const folders = (vscode.workspace.workspaceFolders ?? []).map((one) => one.uri.fsPath);
   const within = (way) => !way.startsWith("..") && !path.isAbsolute(way);
   return named.filter((one) => path.isAbsolute(String(one)) && !folders.some((own) => within(path.relative(own, one))));
+};
+/** A file of the folder that is open with its whole path; the name of an installed plugin stays. */
+const placed = (name) => {
+  const file = path.resolve(vscode.workspace.workspaceFolders?.[0]?.uri.fsPath ?? "", name);
+  return fs.existsSync(file) ? file : name;
 };
 let again; // tells the editor to ask once more for hints and lenses
 
@@ -330,7 +336,10 @@ function watch(server, context, registrations) {
 function perform(name, file, ...options) {
   const scene = file ?? vscode.window.activeTextEditor?.document.uri.fsPath;
   if (!scene) return undefined;
-  const execution = new vscode.ProcessExecution(dsl(), [name, scene, ...options], { cwd: path.dirname(scene) });
+  const own = file ? [] : [].concat(plugins()); // to what the server offers it has put them
+  const named = own.flatMap((one) => ["--plugin", placed(one)]);
+  const words = [name, scene, ...options, ...named];
+  const execution = new vscode.ProcessExecution(dsl(), words, { cwd: path.dirname(scene) });
   const title = [name, path.basename(scene), ...options].join(" ");
   const task = new vscode.Task({ type: "softmark", title }, vscode.TaskScope.Workspace, title, "dsl", execution);
   return vscode.tasks.executeTask(task);
@@ -369,7 +378,8 @@ async function activate(context) {
     applied: await vscode.workspace.applyEdit(changes(p.edit)),
   }));
   server.handlers.set("client/registerCapability", (p) => watch(server, context, p.registrations));
-  for (const what of ["inlayHint", "codeLens", "semanticTokens"]) server.handlers.set(`workspace/${what}/refresh`, () => again.fire());
+  for (const what of ["inlayHint", "codeLens", "semanticTokens"])
+    server.handlers.set(`workspace/${what}/refresh`, () => again.fire());
   server.handlers.set("workspace/configuration", (p) => p.items.map(() => null));
   const folder = vscode.workspace.workspaceFolders?.[0]?.uri.toString() ?? null;
   const capabilities = {
