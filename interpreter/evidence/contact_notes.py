@@ -87,7 +87,7 @@ def cut_in(
         gap, deep = gap_of(touch.rigid.thing.shape), (checks.get(touch.name) or {}).get("overlap") or 0.0
         sharpest = np.inf if gap is None else gap.sharpest
         most = max(DEEP * min(rest.moved, sharpest or np.inf), NOTHING * rest.extent)
-        if rest.reason is None and deep > most:
+        if mesh is not None and rest.reason is None and deep > most:
             yield diagnostic(
                 "W659",
                 declared.at("size"),
@@ -98,7 +98,7 @@ def cut_in(
             )
 
 
-def _finer(case: Case, touch: Touch, mesh: Mesh | None, sharpest: float, times: float) -> str:
+def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
     """What would follow a rigid body of that least radius, m, where facets cut in so many times what they may.
 
     A chord of length h cuts h^2 / (8 r) into what is round, and a part of h into a sharp edge.

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
     from softmark.interpreter.language.scene import Scene
     from softmark.interpreter.results.report import Report
+    from softmark.interpreter.run.answers import Work
     from softmark.interpreter.run.taken import Keeper
 
 __all__ = ["Options", "Sound", "Text", "report_of", "run", "sound_of"]
@@ -49,12 +50,7 @@ def report_of(given: Text | Sound, options: Options, keeper: Keeper | None = Non
         for name in plan.models:
             for work in works:
                 models.solve(work, name)  # solvers; evidence: its forces are found again by other formulas
-            if keeper is not None and name not in works[0].taken and keeper.early(works, name):
-                for work in works:
-                    taken.doubted(work, (name,))
-                    models.state(work, (name,))
-                reports.measured(works, name)
-                keeper.keep_early(works, name)  # it need not be solved again where this run is interrupted
+            _keep_early(works, name, keeper)  # metrics and evidence, of one that took long
             options.keep(reports.unfinished(works))  # metrics: what it is worth; written by the room of reports
         for work in works:
             references.scan(work)  # references: made from what models computed
@@ -63,6 +59,19 @@ def report_of(given: Text | Sound, options: Options, keeper: Keeper | None = Non
     report = reports.finished(works)  # metrics and evidence: measured, drawn, held against what was expected
     taken.keep(works, keeper)
     return report
+
+
+def _keep_early(works: Sequence[Work], name: str, keeper: Keeper | None) -> None:
+    """Measure and keep a model that took its time: it need not be solved again where the run is interrupted."""
+    if keeper is None or name in works[0].taken or not keeper.early(works, name):
+        return
+    from softmark.interpreter.run import models, reports, taken
+
+    for work in works:
+        taken.doubted(work, (name,))
+        models.state(work, (name,))
+    reports.measured(works, name)
+    keeper.keep_early(works, name)
 
 
 def sound_of(text: Text, options: Options) -> Sound:

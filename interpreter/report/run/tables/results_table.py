@@ -222,7 +222,7 @@ class ResultsTable:
             shown += self.notes.double(found.doubt)
         if isinstance(result, ModelResult) and name in self.findings.best(metric):
             word = "tied" if self.findings.tied(metric) else "best"
-            return tag("strong", shown) + tag("small", word, class_="best")
+            return tag("strong", shown) + " " + tag("small", word, class_="best")
         return shown
 
     def _stated(self, result: Result, metric: MetricColumn) -> str:
@@ -337,8 +337,8 @@ def seconds(value: float) -> str:
     return tag("data", text(quantity(value, "s", 3)), value=repr(float(value)))
 
 
-def _small(markup: str) -> str:
-    return tag("small", markup) if markup else ""
+def _small(markup: str) -> str:  # with a space: a notebook that is not trusted is shown without any style
+    return " " + tag("small", markup) if markup else ""
 
 
 def stated_of(result: Result, metric: MetricColumn) -> float | None:
