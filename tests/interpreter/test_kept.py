@@ -390,12 +390,15 @@ def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: p
     assert numbers.sub("", plain(tmp_path)[0]) == numbers.sub("", whole[0])
 
 
-def test_models_that_others_are_held_against_are_not_kept_early(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("against", "early"), [("rod", ["rod", "fine", "stiff"]), ("stiff", ["stiff"])])
+def test_models_are_kept_once_those_are_solved_that_they_are_held_against(
+    against: str, early: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    found: list[str] = []
     monkeypatch.setattr(keeper, "WORTH", 0.0)
-    monkeypatch.setattr(keeper.Keeper, "keep_early", lambda *given: pytest.fail("what it is measured by is not there"))
-    run(tmp_path, text=SCENE + "metric apart = max_error(axis, against = rod)\n")
+    monkeypatch.setattr(keeper.Keeper, "keep_early", lambda self, works, name: found.append(name))
+    run(tmp_path, text=SCENE + f"metric apart = max_error(axis, against = {against})\n")
+    assert found == early
 
 
 @pytest.mark.slow

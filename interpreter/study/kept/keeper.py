@@ -59,10 +59,17 @@ class Keeper:
     def early(self, works: Sequence[Work], name: str) -> bool:
         """Whether a model that was solved is worth keeping before the run has ended, which may be interrupted.
 
-        It took its time, and no model is held against another, so that all that it will be measured by is there.
+        It took its time, and all that it will be measured by is there: models that others are held against are
+        solved, and no reference is made from what models compute.
         """
         seconds = sum(sum(timing.seconds) for work in works for timing in _clock(work, name))
-        return seconds > WORTH and not self._behind(works) and self._place(works) is not None
+        return seconds > WORTH and self._place(works) is not None and self._measurable(works)
+
+    def _measurable(self, works: Sequence[Work]) -> bool:
+        from softmark.interpreter.models.prepare import from_a_model
+
+        scans = any(from_a_model(works[0].scene.declared[name]) for name in works[0].plan.references)
+        return not scans and all(name in work.models for work in works for name in self._behind(works))
 
     def keep_early(self, works: Sequence[Work], name: str) -> None:
         """Keep a model that is measured while others are still to be solved."""
