@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 
 from softmark import SceneError, loads
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.evidence.other_units import other_units
 
 SCENE = """softmark 1
 scene "Block"
@@ -380,6 +382,20 @@ def test_results_that_move_where_the_scene_holds_are_said(tmp_path: Path, by: fl
     found = [w.message for w in loads(text).run().warnings if w.code == "W703"]
     assert len(found) == said
     assert not said or "by 300 um where" in found[0] or "by 300 µm where" in found[0]
+
+
+@pytest.mark.parametrize(("top", "said"), [(1.0, 0), (1030.0, 1), (0.00097, 1), (200.0, 0)])
+def test_displacements_in_another_unit_are_doubted(tmp_path: Path, top: float, said: int) -> None:
+    """Beside a model that moves by 1 mm: right, a thousand times off within a tenth, both ways, or just wrong."""
+    rows = [f"{x},{y},{z},0,0,{-top * z / 20}" for x in (0, 40) for y in (0, 20) for z in (0, 20)]
+    (tmp_path / "a.csv").write_text("\n".join(["X,Y,Z,ux,uy,uz", *rows, ""]))
+    text = f'{SCENE}model theirs = results("{tmp_path / "a.csv"}", unit = 1 mm)\n'
+    report = loads(text).run()
+    mine = report.models["theirs"]
+    u = mine.probes["end"].displacement / top
+    other = replace(mine, name="ours", status="converged", probes={"end": replace(mine.probes["end"], displacement=u)})
+    found = other_units(loads(text).scene, {"theirs": mine, "ours": other}, {})
+    assert [d.code for d in found] == ["W704"] * said
 
 
 def test_results_of_one_name_are_told_apart(tmp_path: Path) -> None:
