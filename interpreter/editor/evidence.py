@@ -161,8 +161,10 @@ class Evidence:
 
 def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> str:
     """A value, and what its model states of it: `3.32 mm ± 0.25`."""
-    error = beside(model, metric, MetricResult(value, unit)) if model else None
-    return f"{_amount(value, unit)} {error}" if error else _amount(value, unit)
+    said = model.stated.get(metric) if model else None
+    if said is None or said.value is None:
+        return _amount(value, unit)
+    return f"{_amount(value, unit)} {beside(said.value, MetricResult(value, unit))}"
 
 
 def _judged(found: Json) -> str:

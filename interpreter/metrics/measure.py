@@ -50,6 +50,8 @@ def metrics_of(
                 found[metric.name] = _alone(scene, metric, view, against in coming)
                 continue
             result, at_points = _metric(scene, metric, view, views, before)
+            if result.value is None and _of_theory(scene, metric, view):
+                continue  # which says nothing of it
             found[metric.name] = result
             if at_points is not None:
                 errors[metric.name] = at_points
@@ -64,10 +66,16 @@ def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
     probe, model = metric.thing.probe_in(scene), scene.declared[view.name].kind == "model"
     if probe is None:  # about forces, or the computation itself
         same = against is None or body_of(scene, scene.declared[against]) == view.body
-        return model and same and metric.thing.body_in(scene) in (None, view.body)
+        return (model or _of_theory(scene, metric, view)) and same and metric.thing.body_in(scene) in (None, view.body)
     if not model and view.message is None and probe not in view.probes:  # measured elsewhere
         return False
     return bool(scene.declared[probe].thing.body == view.body)
+
+
+def _of_theory(scene: Scene, metric: Declared, view: View) -> bool:
+    """Whether it is of forces themselves, which a theory may say of the part of the body that a scene has."""
+    theory = scene.declared[view.name].kind != "model" and view.at_rest is not None
+    return theory and isinstance(metric.thing, OfForces) and metric.thing.measured_from is None
 
 
 def _metric(

@@ -120,7 +120,8 @@ class OfForces(Metric):
         if self.measured_from is None:
             course = self.course(seen.at_rest)
             details = self.details(own) | ({} if course is None else self._farthest(course))
-            return Measurement(self._along(own), details, curve=course)
+            off = None if seen.at_rest is None or seen.at_rest.off is None else seen.at_rest.off * abs(self._along(own))
+            return Measurement(self._along(own), details, uncertainty=off, curve=course)
         rest = None if seen.known is None else seen.known.at_rest
         right = self._right(rest)
         if (size := self.size(right)) == 0.0:
@@ -178,7 +179,9 @@ class OfForces(Metric):
         return {}
 
     def _along(self, value: Floats) -> float:
-        return float(value @ self.direction) if self.direction is not None else float(value)
+        if self.direction is None:
+            return float(value)
+        return sum(float(v) * d for v, d in zip(value, self.direction, strict=True) if d)  # a theory may not know all
 
     def course(self, rest: AtRest | None) -> Course | None:
         """Its values over time, in motion; None at rest. Raises Undefined."""

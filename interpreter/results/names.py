@@ -20,6 +20,7 @@ class Named:
     probe: str | None = None  # that it looks at
     against: str | None = None  # what it measures from
     poisson: float | None = None  # Poisson's ratio, of the material of a body
+    part: str = ""  # of a force, an area or an energy of a body that is cut by planes of symmetry: of what of it
 
 
 @dataclass(frozen=True)

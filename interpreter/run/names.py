@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from softmark.interpreter.language.expectations import metrics_in
 from softmark.interpreter.language.scene import RIGID, Declared, Scene, rigid
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.results.names import Named, Names
 from softmark.interpreter.vocabulary.loads import Gravity
+from softmark.interpreter.vocabulary.supports import Symmetric
+
+SUMS = ("N", "N*m", "J", "m^2", "m^3")  # what is that of the part which a scene has, and of the whole more
+PARTS = {1: "half", 2: "quarter", 3: "eighth"}  # by how many planes of symmetry cut a body
 
 
 def names_of(scene: Scene) -> Names:
@@ -25,7 +30,22 @@ def _named(scene: Scene, declared: Declared) -> Named:
         declared.constructor.summary, body,
         thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
         _poisson(scene, thing.material) if declared.kind == "body" and not stiff else None,
+        _part(scene, declared) if metric else "",
     )  # fmt: skip
+
+
+def _part(scene: Scene, metric: Declared) -> str:
+    """`the quarter of layer that is modelled`, of a metric that is a sum over it; "" where that is the whole."""
+    thing = metric.thing
+    if not isinstance(thing, OfForces) or thing.measured_from is not None or thing.natural not in SUMS:
+        return ""
+    body, everyone = thing.body_in(scene), scene.of_kind("support").items()
+    planes = {n: d.thing.normal for n, d in everyone if isinstance(d.thing, Symmetric) and d.thing.body == body}
+    if not planes or thing.concerned in planes:
+        return ""
+    ways = {normal[0] for normal in planes.values() if normal is not None}
+    part = PARTS[len(ways)] if len(ways) == len(planes) else "part"
+    return f"the {part} of `{body}` that is modelled, by symmetry ({', '.join(f'`{n}`' for n in planes)})"
 
 
 def _poisson(scene: Scene, material: object) -> float | None:

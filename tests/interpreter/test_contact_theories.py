@@ -10,6 +10,9 @@ from told import case, problem, refused
 import softmark
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.problem.theories import at_rest_of, doubt_of_theory, problem_of, solved
+from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.tables.shared import pressing
+from softmark.interpreter.report.run.terminal import table
 from softmark.references.cattaneo_mindlin import PartialSlip
 from softmark.references.half_space import HalfSpace
 from softmark.references.layer import Layer
@@ -297,6 +300,55 @@ def test_a_model_is_held_against_it() -> None:
     assert found.metrics["miss"].value < 2e-6
     assert found.metrics["turn"].value < 2e-3
     assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
+
+
+def test_forces_of_a_theory_stand_beside_those_of_models_and_are_of_the_same_part() -> None:
+    """A quarter of a block: a quarter of what Hertz says, 4/3 E/(1 - nu^2) sqrt(R d) d, and so is what the base holds.
+
+    Tolerance: the closed form, rounded. The area is a quarter of pi R d; of the strain energy the theory says nothing,
+    and neither of what a plane of symmetry carries.
+    """
+    text = """softmark 1
+    material gel   = linear_elastic(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+    body     block = solid(box(size = (40, 40, 40) mm), gel)
+    body     ball  = rigid(sphere(radius = 10 mm, origin = (0, 0, 50) mm))
+    contact  touch = between(ball, block)
+    support  base  = fixed(block, where = z <= 0 mm)
+    support  left  = symmetric(block, where = x <= 0 mm)
+    support  front = symmetric(block, where = y <= 0 mm)
+    support  hand  = displaced(ball, by = (0, 0, -0.4) mm)
+    model    cubes = fem(hex8, strain = small, size = 10 mm)
+    reference told = hertz(block)
+    metric   push  = force(touch, along = -z)
+    metric   held  = force(base, along = +z)
+    metric   side  = force(left, along = +x)
+    metric   area  = contact_area(touch)
+    metric   energy = strain_energy(block)
+    metric   off   = force(touch, along = -z, against = told)
+    expect told.push < 1 N
+    """
+    report = softmark.loads(text).run()
+    told = report.references["told"]
+    quarter = 4.0 / 3.0 * 10e3 / 0.91 * math.sqrt(0.01 * 4e-4) * 4e-4 / 4.0
+    assert set(told.metrics) == {"push", "held", "area"}
+    assert told.metrics["push"].value == pytest.approx(quarter, rel=1e-12)
+    assert told.metrics["held"].value == pytest.approx(quarter, rel=1e-12)
+    assert told.metrics["area"].value == pytest.approx(math.pi * 0.01 * 4e-4 / 4.0, rel=1e-12)
+    assert told.metrics["push"].uncertainty == pytest.approx(quarter * sum(map(abs, told.facts["off"].values())))
+    own = report.models["cubes"].metrics
+    assert own["off"].value == pytest.approx(abs(own["push"].value / quarter - 1.0))
+    assert report.expectations[0].passed
+    part = "of the quarter of block that is modelled, by symmetry (left, front); of told as well"
+    assert f"push, held, area, energy: {part}" in table(report, terminal=False)
+    page = render(report)
+    assert page.count("Of the quarter of <code>block</code> that is modelled") == 4
+
+
+def test_a_force_is_told_by_its_size_where_that_is_what_a_metric_along_it_says() -> None:
+    """4 % across make 0.08 % of the size: seen on four digits, not on three."""
+    force = (0.04, 0.0, -1.0)
+    assert pressing(force, 3) == "1 N"
+    assert pressing(force, 4) == "(0.04, 0, -1) N"
 
 
 @pytest.mark.parametrize(("start", "askew"), [("10 s", False), ("2 s", True)])

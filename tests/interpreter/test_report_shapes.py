@@ -286,6 +286,32 @@ def test_a_verdict_says_what_its_reference_leaves_open(limit: float, uncertainty
     assert shown.splitlines()[-1] == f"  met         line 9: m1.gap < 2 cm{said}"
 
 
+def test_a_verdict_between_two_models_says_what_their_reference_leaves_open() -> None:
+    """10 mm and 12 mm against what is known to 3 mm: which of them is closer cannot be told."""
+    known = {n: MetricResult(v, "m", uncertainty=0.003) for n, v in (("m1", 0.010), ("m2", 0.012))}
+    models = (replace(model(n, 0.02), metrics={"gap": m}) for n, m in known.items())
+    about = (("m1", "gap"), ("m2", "gap"))
+    judged = ExpectationResult("m1.gap < m2.gap", 9, True, 0.010, "m", about=about, limits=(0.012,))
+    shown = table(replace(report(*models), expectations=(judged,)), terminal=False)
+    assert shown.splitlines()[-1].endswith("m2.gap; the reference is known to ± 3 mm, which may turn this")
+
+
+@pytest.mark.parametrize(
+    ("known", "said"),
+    [
+        ({"estimated_error": 5e-4}, ", ± 500 µm"),
+        ({"estimated_error": 5e-10}, ""),  # below what anybody needs to know
+        ({"shape": None, "facts": {"uncertainty": 0.01, "unit": "N"}}, ", ± 10 mN at most"),
+        ({"shape": None, "estimated_error": 5e-4}, ""),  # of forces alone: an error of displacements says nothing
+    ],
+)
+def test_the_row_of_a_reference_says_its_own_error(known: dict[str, Any], said: str) -> None:
+    own = replace(RICH.references["scan"], **{"estimated_error": None} | known)
+    lines = table(replace(RICH, references={"scan": own}), terminal=False, width=200).splitlines()
+    row = next(line for line in lines if line.startswith("(scan)"))
+    assert row.replace("\N{NO-BREAK SPACE}", " ").endswith(f"reference: measured surface{said}")
+
+
 # ------------------------------------------------------------------ published, details, time
 
 

@@ -27,6 +27,7 @@ class MetricColumn:
     summary: str = ""
     line: int | None = None
     model: str | None = None  # that it is a difference from, where that is no reference
+    part: str = ""  # `the quarter of layer that is modelled`, where it is that of a part
     clock: bool = False  # a share of the time that there is: the verdict matters, not the number
 
     @property
@@ -80,7 +81,9 @@ class Findings:
         against, line = known.against, self.line(name)
         measured = against if against in self.report.references else None
         computed = against if against in self.report.models else None
-        return MetricColumn(name, unit, known.probe, measured, known.summary, line, computed, clock)
+        return MetricColumn(
+            name, unit, known.probe, measured, known.summary, line, computed, known.part, clock
+        )  # fmt: skip
 
     @cached_property
     def errors(self) -> tuple[MetricColumn, ...]:

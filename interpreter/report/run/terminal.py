@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -17,11 +17,12 @@ from softmark.interpreter.report.run.bodies import BodyResults, bodies
 from softmark.interpreter.report.run.figures import over_states
 from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
 from softmark.interpreter.report.run.tables import agreement, contacts, reactions, vouching
-from softmark.interpreter.report.run.tables.results_table import ordered
-from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, Report
+from softmark.interpreter.report.run.tables.results_table import ordered, stated_of
+from softmark.interpreter.results.report import ExpectationResult, MetricResult, ModelResult, ReferenceResult, Report
 from softmark.records import dataclass
 
 MENTIONED = 0.02  # of a limit: what a reference leaves open is said from there on
+LEAST_ERROR = 1e-9  # m, of a reference that says its own
 SEVERAL = 5  # names that a line lists
 
 STATUS = {
@@ -55,7 +56,8 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
         parts.append(_Rows(findings, body, paint).text(room))
     if told := list(over_states.lines(findings)):
         parts += ["", *told]
-    notes = [*_uncertain(report), *_doubted(report), *_reasons(report), *_said(report), *_read(report)]
+    notes = [*_of_parts(findings), *_uncertain(report), *_doubted(report)]
+    notes += [*_reasons(report), *_said(report), *_read(report)]
     notes += [*agreement.lines(findings), *vouching.lines(report), *reactions.lines(report), *contacts.lines(report)]
     notes += [said] if (said := kept.sentence(report)) else []
     if notes:
@@ -145,7 +147,7 @@ class _Rows:
         values = [self._value(result, m) for m in self.metrics]
         if isinstance(result, ModelResult):
             return [name, *values, *_effort(result)]
-        end = REFERENCE + result.kind if result.status == "converged" else result.status
+        end = REFERENCE + result.kind + _left_open(result) if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
     def _value(self, result: Result, metric: MetricColumn) -> str:
@@ -158,10 +160,20 @@ class _Rows:
             return _verdict(found)
         if negligible(found.value, self._largest[metric.name], metric.unit):
             return "0"
-        own = vouching.beside(result, metric.name, found) if isinstance(result, ModelResult) else None
-        error = f" {own}" if own and not metric.clock else ""
+        off = stated_of(result, metric)
+        error = "" if off is None else f" {vouching.beside(off, found)}"
         marks = ("" if found.meaningful else " †") + (" ‡" if found.doubt else "")
         return _amount(found.value, found.unit) + error + marks
+
+
+def _left_open(reference: ReferenceResult) -> str:
+    """`, ± 23 µm`: what a reference says of its own error, above what nobody needs to know."""
+    error, facts = reference.estimated_error, reference.facts
+    if error is not None:
+        displaced = reference.probes or reference.shape is not None  # of one of forces alone it tells nothing
+        return f", ± {vouching.amount(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
+    known = facts.get("uncertainty") if "unit" in facts else None  # of a curve: of the value that is known the least
+    return f", ± {vouching.amount(known, facts['unit'])} at most" if known else ""
 
 
 def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
@@ -211,6 +223,21 @@ def _amount(value: float, unit_text: str) -> str:
         return f"{100 * value:.3g} %"
     number, _, unit = units.show(value, dimension).partition(" ")
     return as_asked(f"{float(number):.6g} {unit}", unit_text)
+
+
+def _of_parts(findings: Findings) -> list[str]:
+    """`push, held are of the quarter of layer that is modelled`: of models and, where they say it, of theories."""
+    same: dict[str, list[str]] = {}
+    for metric in findings.metrics:
+        if metric.part:
+            same.setdefault(metric.part, []).append(metric.name)
+    return [f"{', '.join(names)}: of {part.replace('`', '')}{_theirs(findings, names)}" for part, names in same.items()]
+
+
+def _theirs(findings: Findings, metrics: Sequence[str]) -> str:
+    """Which references have numbers of the same part."""
+    known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
+    return f"; of {', '.join(known)} as well" if known else ""
 
 
 def _uncertain(report: Report) -> list[str]:
@@ -265,17 +292,24 @@ def _said(report: Report) -> list[str]:
 
 def _known(report: Report, e: ExpectationResult) -> str:
     """What the reference of a metric leaves open, where that is not little beside a limit, or may turn the verdict."""
-    if len(e.about) != 1 or e.passed is None or e.value is None:
+    if e.passed is None or e.value is None:
         return ""
-    name, metric = e.about[0]
+    compared = (e.value, *e.limits)
+    known = [m for name, metric in e.about for m in _each(report, name, metric) if m.value in compared]
+    open_ = max((m.uncertainty or 0.0 for m in known), default=0.0)
+    if not open_:
+        return ""
+    said = f"; the reference is known to \u00b1 {_amount(open_, e.unit)}"
+    if any(abs(e.value - limit) <= open_ for limit in e.limits):
+        return f"{said}, which may turn this"
+    return said if any(open_ > MENTIONED * abs(limit) for limit in e.limits) else ""
+
+
+def _each(report: Report, name: str, metric: str) -> Iterator[MetricResult]:
+    """A metric of a model or reference as it is in every state."""
     owner = report.models.get(name) or report.references.get(name)
-    found = None if owner is None else owner.metrics.get(metric)
-    if found is None or not found.uncertainty or found.value != e.value:
-        return ""
-    known = f"; the reference is known to \u00b1 {_amount(found.uncertainty, found.unit)}"
-    if any(abs(e.value - limit) <= found.uncertainty for limit in e.limits):
-        return f"{known}, which may turn this"
-    return known if any(found.uncertainty > MENTIONED * abs(limit) for limit in e.limits) else ""
+    everywhere = [] if owner is None else [owner, *owner.each]
+    yield from (own.metrics[metric] for own in everywhere if metric in own.metrics)
 
 
 def _expectation(e: ExpectationResult, paint: _Paint) -> str:

@@ -86,7 +86,8 @@ def _meanings(findings: Findings, columns: Sequence[MetricColumn]) -> str:
 
 def _meaning(metric: MetricColumn) -> str:
     where = f"At probe `{metric.probe}`" + (f", against `{metric.against}`." if metric.against else ".")
-    return _defined(metric.name, f"{metric.summary} {where if metric.probe else ''}")
+    part = f" Of {metric.part}." if metric.part else ""
+    return _defined(metric.name, f"{metric.summary} {where if metric.probe else ''}{part}")
 
 
 def _source(name: str, reference: ReferenceResult) -> str:

@@ -251,7 +251,7 @@ class ResultsTable:
         if name == metric.model:
             return "the difference is measured from this model itself"
         if metric.probe is None and isinstance(result, ReferenceResult):
-            return "only the work of models is measured"
+            return "only the work of models is measured" if metric.clock else "it says nothing of this"
         if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
             return "what was measured is not known at the points of this metric"
         if self.findings.report.partial:
@@ -342,6 +342,9 @@ def _small(markup: str) -> str:  # with a space: a notebook that is not trusted 
 
 
 def stated_of(result: Result, metric: MetricColumn) -> float | None:
-    """The error that a model states of a number, SI; None where it states none."""
-    said = result.stated.get(metric.name) if isinstance(result, ModelResult) and not metric.clock else None
+    """The error that a model states of a number, or how far off a theory's own may be, SI; None where it says none."""
+    if isinstance(result, ReferenceResult):
+        found = result.metrics.get(metric.name)
+        return None if found is None or metric.is_error or metric.model is not None else found.uncertainty
+    said = result.stated.get(metric.name) if not metric.clock else None
     return None if said is None else said.value

@@ -11,7 +11,6 @@ from softmark.interpreter.language.amounts import rounded
 from softmark.interpreter.report.page.markup import section, tag, text
 
 T = TypeVar("T")
-ALONG = 0.995  # of a force that is told by its size: the largest component
 
 
 def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
@@ -44,6 +43,6 @@ def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> s
 def pressing(force: Sequence[float], digits: int, rounding: float = 1e-8) -> str:
     """The size of a force in N, or, where it is along no axis, all of it: that of a part beside its mirrors is not."""
     size = math.hypot(*force)
-    if max(map(abs, force)) >= ALONG * size:
+    if rounded(size, digits) == rounded(max(map(abs, force)), digits):  # what a metric along it comes to
         return units.show(rounded(size, digits), units.FORCE)
     return units.show_all([rounded(c, digits) if abs(c) > rounding * size else 0.0 for c in force], units.FORCE)

@@ -40,15 +40,12 @@ def unasked(model: ModelResult) -> bool:
 NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
 
 
-def beside(model: ModelResult, name: str, found: MetricResult) -> str | None:
-    """`± 0.05`: what a model states of a metric, in the unit that its value is shown in, if it does."""
-    said = model.stated.get(name)
-    if said is None or (value := said.value) is None or found.value is None:
-        return None
+def beside(value: float, found: MetricResult) -> str:
+    """`± 0.05`: how far the number of a metric may be off, in the unit that it is shown in."""
     dimension = units.parse(found.unit).dimension
     if dimension == units.NONE:
         return f"± {_two(100.0 * value)}"
-    unit = units.show(float(f"{found.value:.6g}"), dimension).partition(" ")[2]
+    unit = units.show(float(f"{found.value or 0.0:.6g}"), dimension).partition(" ")[2]
     shown = value / units.parse(unit).factor if unit else 0.0
     return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit)}"
 
