@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -47,13 +48,28 @@ def read(work: Work) -> None:
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
         if thing.how == "measured" and not _known_before(work, name):
-            work.options.say("reference", f"reading {name}")
-            try:
-                work.measured[name] = _measurement(work, work.scene.declared[name])
-            except Exception as failure:  # whatever is wrong with a file, the models can still be computed
-                if os.environ.get("SOFTMARK_DEBUG"):
-                    raise
-                _failed(work, work.scene.declared[name], blamed(failure) or str(failure))
+            with _timed(work, name, "reading "):
+                _read(work, work.scene.declared[name])
+
+
+@contextmanager
+def _timed(work: Work, name: str, doing: str = "") -> Iterator[None]:
+    """Say which reference is looked at, and how long that took where it was slow."""
+    work.options.say("reference", f"{doing}{name}{work.where}")
+    begin = time.perf_counter()
+    yield
+    if (spent := time.perf_counter() - begin) > SLOW:
+        work.options.say("took", f"{doing}reference {name}{work.where}: {spent:.0f} s")
+
+
+def _read(work: Work, declared: Declared) -> None:
+    """Whatever is wrong with a file, the models can still be computed."""
+    try:
+        work.measured[declared.name] = _measurement(work, declared)
+    except Exception as failure:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        _failed(work, declared, blamed(failure) or str(failure))
 
 
 def _known_before(work: Work, name: str) -> bool:
@@ -72,19 +88,16 @@ def solve(work: Work) -> None:
     """Solve, or look at, every reference that is asked for and needs no model. Raises SceneError."""
     for name in work.plan.references:
         if not from_a_model(work.scene.declared[name]):
-            work.options.say("reference", name)
-            begin = time.perf_counter()
-            _reference(work, work.scene.declared[name])
-            if (spent := time.perf_counter() - begin) > SLOW:
-                work.options.say("took", f"reference {name}{work.where}: {spent:.0f} s")
+            with _timed(work, name):
+                _reference(work, work.scene.declared[name])
 
 
 def scan(work: Work) -> None:
     """Make the references that are made from what models computed."""
     for name in work.plan.references:
         if from_a_model(work.scene.declared[name]):
-            work.options.say("scan", name)
-            _virtual(work, work.scene.declared[name])
+            with _timed(work, name):
+                _virtual(work, work.scene.declared[name])
 
 
 def _measurement(work: Work, declared: Declared) -> Any:

@@ -17,7 +17,9 @@ from xml.etree import ElementTree
 import pytest
 
 import softmark
+from softmark.interpreter.cli.commands.progress import Progress
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.run import references
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]
 SMALL = """
@@ -288,3 +290,26 @@ def test_a_probe_that_cannot_be_placed_is_an_error_of_the_scene(tmp_path: Path, 
     assert done.returncode == 2, done.stderr
     assert f"error[{code}]" in done.stderr
     assert "defect" not in done.stderr
+
+
+class Screen(io.StringIO):
+    """What a terminal is sent."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_reference_is_named_at_once_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even right after something else was said: it may say nothing more before it ends."""
+    monkeypatch.setenv("TERM", "xterm")
+    progress = Progress(Screen())
+    progress.say("start", "running my.scene")
+    progress.say("prepare", "rod")  # within a tenth of a second
+    progress.say("reference", "theory")
+    assert progress.stream.getvalue().split("\r\x1b[K")[1:] == ["running my.scene", "  reference theory"]
+
+
+def test_a_slow_reference_says_how_long_it_took(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(references, "SLOW", 0.0)
+    done = dsl("run", written(tmp_path, SMALL), cwd=tmp_path)
+    assert re.search(r"^  reference theory: \d+ s$", done.stderr, re.MULTILINE)

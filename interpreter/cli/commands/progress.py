@@ -25,7 +25,8 @@ class Progress:
             line = {"start": detail, "compile": f"  {detail} ..."}.get(what, f"  {detail}")
             print(line, file=self.stream, flush=True)
             return
-        if not self.live or (time.monotonic() - self._last < 0.1 and what != "start"):
+        soon = time.monotonic() - self._last < 0.1 and what not in ("start", "reference")  # which may say nothing more
+        if not self.live or soon:
             return
         self._last = time.monotonic()
         width = shutil.get_terminal_size().columns - 1

@@ -171,9 +171,14 @@ def _left_open(reference: ReferenceResult) -> str:
     error, facts = reference.estimated_error, reference.facts
     if error is not None:
         displaced = reference.probes or reference.shape is not None  # of one of forces alone it tells nothing
-        return f", ± {vouching.amount(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
+        return f", ± {_off(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
     known = facts.get("uncertainty") if "unit" in facts else None  # of a curve: of the value that is known the least
-    return f", ± {vouching.amount(known, facts['unit'])} at most" if known else ""
+    return f", ± {_off(known, facts['unit'])} at most" if known else ""
+
+
+def _off(value: float, unit: str) -> str:
+    """How far off something may be: `23 µm`, at two digits."""
+    return vouching.amount(value, unit).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
@@ -299,7 +304,7 @@ def _known(report: Report, e: ExpectationResult) -> str:
     open_ = max((m.uncertainty or 0.0 for m in known), default=0.0)
     if not open_:
         return ""
-    said = f"; the reference is known to \u00b1 {_amount(open_, e.unit)}"
+    said = f"; the reference is known to \u00b1 {_off(open_, e.unit)}"
     if any(abs(e.value - limit) <= open_ for limit in e.limits):
         return f"{said}, which may turn this"
     return said if any(open_ > MENTIONED * abs(limit) for limit in e.limits) else ""
