@@ -321,6 +321,7 @@ def test_errors_are_told_before_times_are_known() -> None:
     assert all(p["label"] in shown for p in made["points"])
     assert "->" not in shown
     assert "CPU time" not in shown
+    assert "* on the front: nobody has fewer unknowns and less error" in shown
 
 
 def test_without_times_errors_stand_against_unknowns(parsed: Parsed) -> None:

@@ -23,24 +23,31 @@ CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 def table(comparison: Compared, colour: bool, path: str | None = None, width: int | None = None) -> str:
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
-    paint = colour and not os.environ.get("NO_COLOR")
-    room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
-    scenes: dict[str, list[SceneView]] = {}
-    for view in views(comparison):
-        scenes.setdefault(view.analysis.scene, []).append(view)
-    blocks = [block for own in scenes.values() for block in _scene(own, paint, room)]
+    paint, room = _looks(colour, width)
+    blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
     blocks = blocks or ["There are no configurations."]
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
 
 def errors(comparison: Compared, colour: bool) -> str:
-    """The same tables before anything was timed, without what is to be taken."""
-    paint = colour and not os.environ.get("NO_COLOR")
+    """The same tables before anything was timed, with what their marks mean, without what is to be taken."""
+    paint, room = _looks(colour, None)
+    each = (_errors(own, ": errors; times are being measured", paint, room) for own in _scenes(comparison))
+    return "\n\n".join(block for blocks in each for block in blocks)
+
+
+def _looks(colour: bool, width: int | None) -> tuple[bool, int]:
+    """Whether to paint, and how many characters a line has."""
+    room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
+    return colour and not os.environ.get("NO_COLOR"), room
+
+
+def _scenes(comparison: Compared) -> list[list[SceneView]]:
+    """The problems of every scene."""
     scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
         scenes.setdefault(view.analysis.scene, []).append(view)
-    titles = ((all_visible(own[0].title) + ": errors; times are being measured", own) for own in scenes.values())
-    return "\n\n".join(f"{_style(title, 'bold', paint)}\n\n{_rows(own, paint)}" for title, own in titles)
+    return list(scenes.values())
 
 
 def _style(words: str, name: str, paint: bool) -> str:
@@ -49,9 +56,7 @@ def _style(words: str, name: str, paint: bool) -> str:
 
 def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     """A scene; `own` are its problems, of which it has several where a sweep changes what errors are measured from."""
-    blocks = [_style(all_visible(own[0].title), "bold", paint), _rows(own, paint)]
-    notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
-    blocks += ["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else []
+    blocks = _errors(own, "", paint, room)
     told = own[:TOLD]
     answers = [
         _at(view, _spoken(s)) if isinstance(a, Front) else _spoken(s)
@@ -66,6 +71,13 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     advice += [] if advice else [_spoken(own[0].without_advice)]
     advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
     return [*blocks, *(["\n".join(advice)] if advice else [])]
+
+
+def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
+    """The title, with what is said `beside` it, the table, and its notes."""
+    blocks = [_style(all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
+    notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
+    return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
 
 
 def _at(view: SceneView, words: str) -> str:
