@@ -30,6 +30,7 @@ PLAIN: dict[str, Any] = {
     "cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
 }  # fmt: skip
 SHORTCUTS = ("cap", "linear_cap", "precision", "start")
+TOUCHED = "; few cells under what presses make its force too small, so that it may be off either way"
 FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
 
 
@@ -301,7 +302,7 @@ class Fem(MadeOf, Model):
             declared.at("element"),
             f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
             "too stiff here",
-            f"it gives way too little, the more so the coarser its mesh: {cure}",
+            f"it gives way too little, the more so the coarser its mesh{TOUCHED if case.contacts else ''}: {cure}",
         )
 
     def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
