@@ -259,7 +259,8 @@ class Binder:
             hint = f"{field.meaning}, without a unit"
         label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
         problem = f"expected {units.named(due)}, found {found}"
-        help = quotients.remedy(node, place.source.text, value.dimension, due) or hint
+        named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
+        help = quotients.remedy(node, place.source.text, value.dimension, due, named) or hint
         raise place.fail("E204", node.span, problem, label, help, self._origins(node))
 
     def _origins(self, node: tree.Expression) -> tuple[Second, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from softmark.grammar import layout, tree
 from softmark.grammar.diagnostic import Fix, Remedy
-from softmark.interpreter.language import units
+from softmark.interpreter.language import quotients, units
 from softmark.interpreter.language.conditions import Condition, Term
 from softmark.interpreter.language.expressions import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
@@ -58,10 +58,11 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
     for i, operator in enumerate(node.operators):
         (a, da), (b, db) = terms[i], terms[i + 1]
         if da != db:
-            found, due = units.named(db), units.named(da)
+            found, due, right = units.named(db), units.named(da), node.operands[i + 1]
             raise evaluator.place.fail(
-                "E204", node.operands[i + 1].span, f"expected {due}, found {found}", found,
-                f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
+                "E204", right.span, f"expected {due}, found {found}", found,
+                quotients.remedy(right, evaluator.place.source.text, db, da)
+                or f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
             )  # fmt: skip
         if abs(da[0]) > HIGHEST:
             raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",

@@ -16,7 +16,7 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Second, Source, did_you_mean, remedied
 from softmark.grammar.suggest import nearest
 from softmark.grammar.tree import Span
-from softmark.interpreter.language import aliases, schema, units
+from softmark.interpreter.language import aliases, quotients, schema, units
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.units import ANGLE, NONE, Dimension
 from softmark.records import dataclass
@@ -185,7 +185,9 @@ class Evaluator:
             if q.dimension != items[0].dimension:
                 first, other = units.named(items[0].dimension), units.named(q.dimension)
                 problem = f"the components of a vector differ in dimension: {first} and {other}"
-                help = "give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`"
+                help = quotients.remedy(item, self.place.source.text, q.dimension, items[0].dimension) or (
+                    "give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`"
+                )
                 raise self.place.fail("E218", item.span, problem, other, help)
         return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
 
