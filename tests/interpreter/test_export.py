@@ -12,7 +12,9 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.models.outside.decks import FORMATS
+from softmark.interpreter.language import units
+from softmark.interpreter.models.outside.decks import FORMATS, OF_MM
+from softmark.interpreter.report.exam import readme
 from softmark.solvers.mesh.files import reading
 
 ELEMENTS = ("tet4", "tet10", "hex8", "hex27")
@@ -73,6 +75,32 @@ def test_the_exam_sheet_has_what_is_asked_and_known(
     assert [own["what"] for own in exam["left"]] == left
     assert said.err.count("left out: model `turning`") == len(left)
     assert "dsl judge my.scene RESULT --as NAME --unit" in (tmp_path / "out" / "README.txt").read_text()
+
+
+@pytest.mark.parametrize(
+    ("to", "said"),
+    [
+        ("calculix", ["- sink: m (mm)", "- push, held: N (uN)", "- most: Pa", "- eta: a plain number", "- way: s"]),
+        ("sofa", ["- sink: m", "- push, held: N", "- most: Pa", "- eta: a plain number", "- way: s"]),
+    ],
+)
+def test_the_page_names_the_unit_of_everything_that_is_asked(to: str, said: list[str]) -> None:
+    asked = {"sink": "m", "push": "N", "held": "N", "most": "Pa", "eta": "1", "way": "s"}
+    scene = {"title": "A bar", "standard": None, "file": "my.scene"}
+    metrics = {name: {"text": "", "unit": unit} for name, unit in asked.items()}
+    shown = readme.text({"scene": scene, "softmark": "1", "models": {}, "metrics": metrics, "left": []}, to)
+    first = "Asked, in the unit of exam.json (and of the other files, where that is another):"
+    assert "\n".join([first, *said, ""]) in shown
+
+
+@pytest.mark.parametrize("si", OF_MM)
+def test_units_of_decks_in_millimetres_are_what_grams_and_seconds_make_of_them(si: str) -> None:
+    """A thousandth for every mm and every g in the dimension: a newton is 1e6 g mm/s^2."""
+    there, here = units.parse(OF_MM[si]), units.parse(si)
+    length, mass = (units.parse(base).dimension for base in ("m", "kg"))
+    powers = sum(p * (a + b) for p, a, b in zip(here.dimension, length, mass, strict=True))
+    assert there.dimension == here.dimension
+    assert there.factor == pytest.approx(1e-3**powers * here.factor, rel=1e-12)
 
 
 def test_references_are_in_it_and_those_that_models_make_are_left_out(tmp_path: Path) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.models.outside.decks import FORMATS
+from softmark.interpreter.models.outside.decks import FORMATS, Format
 
 FILE = "README.txt"
 
@@ -24,6 +24,7 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
         "the scene asks and expects of it, in SI: m, s, N and Pa.",
         f"The other files here are in {FORMATS[to].units}.",
         "",
+        *_asked(sheet["metrics"], FORMATS[to]),
         *(_model(name, own) for name, own in sheet["models"].items()),
         "",
         "Forces are those on nodes of the undeformed body, and keep their size and direction but where it is said",
@@ -37,6 +38,19 @@ def text(sheet: Mapping[str, Any], to: str) -> str:
         *(f"- {own['what']}: {own['why']}" for own in sheet["left"]),
     ]
     return "\n".join([*lines, ""])
+
+
+def _asked(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
+    """Every number that is asked for, with its unit in the sheet and in the files beside it."""
+    same: dict[str, list[str]] = {}
+    for name, own in metrics.items():
+        same.setdefault(own["unit"], []).append(name)
+    if same:
+        yield "Asked, in the unit of exam.json (and of the other files, where that is another):"
+    for unit, names in same.items():
+        there = f" ({to.unit_of(unit)})" if to.unit_of(unit) != unit else ""
+        yield f"- {', '.join(names)}: {'a plain number' if unit == '1' else unit + there}"
+    yield from [""] if same else []
 
 
 def _model(name: str, own: Mapping[str, Any]) -> str:

@@ -25,7 +25,7 @@ from softmark.interpreter.run.options import Options
 
 SCHEMA = "softmark-exam/1"
 FILE = "exam.json"
-UNITS = "SI: points and displacements in m, forces in N, stresses in Pa"
+UNITS = "SI: points and displacements in m, times in s, forces in N, moments in N*m, stresses in Pa, energies in J"
 
 
 def sheet(scene: Scene, options: Options) -> dict[str, Any]:

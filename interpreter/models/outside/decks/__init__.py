@@ -25,8 +25,13 @@ class Format:
     by_name: bool = False  # whether its module has `lost`
     units: str = "m, kg, s, N and Pa"
 
+    def unit_of(self, si: str) -> str:
+        """The unit in its files of what is in `si` elsewhere."""
+        return OF_MM.get(si, si) if self.units == MM else si
 
-MM = "mm, g and s, which makes forces micronewtons and stresses Pa"
+
+MM = "mm, g and s: forces uN (micronewtons), stresses Pa, energies nJ, densities g/mm^3"
+OF_MM = {"m": "mm", "m^2": "mm^2", "m^3": "mm^3", "N": "uN", "N*m": "nN*m", "J": "nJ"}  # uN = g*mm/s^2
 
 FORMATS: dict[str, Format] = {
     "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm", units=MM),
