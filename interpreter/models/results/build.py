@@ -233,15 +233,15 @@ def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Dia
 
 def _slips(declared: Declared, case: Case, found: Matched, u: Floats) -> Iterator[Diagnostic]:
     """That displacements u (1, n, 3), m, of its points move the body where a support of the scene holds it at rest."""
-    if not found.spans or not case.named_supports:
+    resting = [s for s in case.named_supports if isinstance(s.thing, Holding)]
+    resting = [s for s in resting if not s.thing.moves and s.thing.course is None]
+    if not found.spans or not resting:
         return
     X = drawn(case).X
     moved = found.at(X, u)[0]
     most = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
-    for support in case.named_supports:
+    for support in resting:
         thing = support.thing
-        if not isinstance(thing, Holding) or thing.moves or thing.course is not None:
-            continue
         held = moved[selects(thing.where, X, case.shape.diagonal)][:, list(thing.components)]
         if (far := float(np.linalg.norm(held, axis=1).max(initial=0.0))) > SLIPS * most:
             name, by = Path(declared.thing.path).name, units.show(far, units.LENGTH)
