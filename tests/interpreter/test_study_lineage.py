@@ -150,6 +150,25 @@ def test_where_forces_are_measured_they_say_whether_a_line_settles() -> None:
     assert "probe" not in str(wild.doubt)
 
 
+@pytest.mark.parametrize(("place", "force"), [(2.0, 0.0), (0.53, 2.0)])
+def test_a_force_has_no_doubts_of_a_place_and_a_place_none_of_a_force(place: float, force: float) -> None:
+    """Where a probe is shared as well: of one of both alone the values settle, by orders of 2; 0.53 is far from it."""
+    there, pushed = line(place, 2).members, forces(force).members
+    made = tuple(
+        replace(p, errors={"push": replace(f.metric("push"), by_itself=True), "tip": PointError(0.1, "1", "truth")})
+        for p, f in zip(there, pushed, strict=True)
+    )
+    found = lineage.orders_of(RefinementLine("s", "m", "refine", "h", (), made), ["push", "tip"], made)
+    assert found is not None
+    assert [limit.of for limit in found.limits] == ["tip", "push"]
+    assert (found.doubt_of("tip") is None) is (place == 2.0)
+    assert (found.doubt_of("push") is None) is (force == 2.0)
+    some = (*made[:2], replace(made[2], errors={}))
+    lacking = lineage.orders_of(RefinementLine("s", "m", "refine", "h", (), some), ["push"], some)
+    assert lacking is not None
+    assert lacking.doubt_of("push") == "of `push` itself: only some of its members have it"
+
+
 # ------------------------------------------------------------------ what a scene declares
 
 SCENE = """

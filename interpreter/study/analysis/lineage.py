@@ -42,7 +42,7 @@ class ErrorTrend(Plain):
 @dataclass(frozen=True)
 class Limit(Plain):
     """Where something tends to as a line refines: the displacement of a probe's point that moves furthest, m; without
-    such probes, as where forces are measured, the value of a metric."""
+    such probes, and of what they do not tell, such as forces, the value of a metric."""
 
     of: str
     kind: str  # probe or metric
@@ -81,7 +81,7 @@ class LineOrders(Plain):
         return self.doubt is None
 
     def doubt_of(self, metric: str) -> str | None:
-        """The same of one metric: where no displacements are shared, its own values alone decide."""
+        """The same of one metric: of forces, and where no displacements are shared, its own values alone decide."""
         own = [limit for limit in self.limits if limit.kind == "metric"]
         return next((limit.doubt for limit in own if limit.of == metric), self.doubt)
 
@@ -100,10 +100,13 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
     found = refinement_of(line)
     if isinstance(found, str):
         return None
-    limits = [_limit(found, probe) for probe in _shared([p for _, p in found.members])]
-    limits = limits or [own for m in metrics if (own := _tends(found, m)) is not None]
+    probes = [_limit(found, probe) for probe in _shared([p for _, p in found.members])]
+    alone = [m for m in metrics if not probes or any(p.metric(m).by_itself for _, p in found.members)]
+    values = {m: _tends(found, m) for m in alone}
+    limits = probes or [own for own in values.values() if own is not None]
     nothing = [] if limits else ["its members share neither a probe nor a metric"]
     doubt = next(iter([*nothing, *(d for limit in limits if (d := limit.doubt) is not None)]), None)
+    limits = [*probes, *(own or _unknown(m) for m, own in values.items())] if probes else limits
     return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
 
 
@@ -176,6 +179,11 @@ def _tends(line: Refinement, metric: str) -> Limit | None:
         return None
     unit = unit_of([p for _, p in line.members], metric)
     return Limit(metric, "metric", "value", unit, family[-1][1], settled(line, family, None))
+
+
+def _unknown(metric: str) -> Limit:
+    """Of a metric that only some have."""
+    return Limit(metric, "metric", "value", None, None, Refined("unusable", "only some of its members have it"))
 
 
 def settled(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:

@@ -137,13 +137,14 @@ class PointOutcome(Attempt):
 class PointError(Plain):
     """What a metric gave: an error where it measures `against` something, in `unit`; or why there is no value."""
 
-    SELDOM: ClassVar = ("reason", "uncertainty")
+    SELDOM: ClassVar = ("reason", "uncertainty", "by_itself")
 
     value: float | None = None
     unit: str | None = None
     against: str | None = None
     reason: str | None = None
     uncertainty: float | None = None  # what the reference leaves open
+    by_itself: bool | None = None  # True of what displacements of no probe tell: forces, energies, frequencies
 
 
 @dataclass(frozen=True)

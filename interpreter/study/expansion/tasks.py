@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.front.requests import needed
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
+from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.plan.needs import reached
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.states import ANSWERED, LEFT_OUT
@@ -200,13 +201,21 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
     """Every metric but those about speed, which a shared processor would spoil; without comparisons, our own."""
     asked = scene.of_kind("metric")
     found = {
-        name: PointError(result.value, result.unit, _against(asked[name]), result.reason, result.uncertainty)
+        name: PointError(
+            result.value, result.unit, _against(asked[name]), result.reason, result.uncertainty,
+            _by_itself(scene, asked[name]) or None,
+        )
         for name, result in model.metrics.items()
         if (asked[name].thing.looked_at or asked[name].thing.concerned) is not None
     }  # fmt: skip
     if not any(_against(m) for m in asked.values()):
         found |= _automatic(report, model)
     return found
+
+
+def _by_itself(scene: Scene, metric: Declared) -> bool:
+    """Whether it looks at no probe, or at forces there: whether displacements have a limit is another question."""
+    return metric.thing.probe_in(scene) is None or isinstance(metric.thing, OfForces)
 
 
 def _against(metric: Declared) -> str | None:
