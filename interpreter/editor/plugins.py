@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +61,7 @@ class Plugins:
         self.loading, self._latest = True, object()
         loop = asyncio.get_running_loop()
         late = loop.call_later(LATE, self._show, f"these plugins take long to load: {', '.join(named)}")
-        self._do(lambda which=self._latest: self._load(loop, which, named, late))  # type: ignore[misc]
+        self._do(partial(self._load, loop, self._latest, named, late))
 
     def has(self, uris: Sequence[str]) -> bool:
         """Whether one of these is the file of a plugin, or may be that of one that is not there yet."""

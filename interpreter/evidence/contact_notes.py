@@ -103,7 +103,7 @@ def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) 
 
     A chord of length h cuts h^2 / (8 r) into what is round, and a part of h into a sharp edge.
     """
-    if mesh is not None and 0.0 < sharpest < _longest(case, touch, mesh):
+    if 0.0 < sharpest < _longest(case, touch, mesh):
         return "it may have gone through between them: use cells as fine as the least radius of what presses"
     if not sharpest:
         return f"use some {rounded(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"

@@ -10,7 +10,6 @@ import numpy as np
 
 from softmark.interpreter.evidence.expectations import judge
 from softmark.interpreter.evidence.force_check import loose
-from softmark.interpreter.evidence.other_units import other_units
 from softmark.interpreter.evidence.stress_notes import asks
 from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
@@ -51,6 +50,8 @@ def finished(works: Sequence[Work]) -> Report:
         _measure(work, partial=False, coloured=work is works[-1])
         work.warn(loose(work.scene, work.models))
         if any(model.status == "read" for model in work.models.values()):
+            from softmark.interpreter.evidence.other_units import other_units
+
             work.warn(other_units(work.scene, work.models, work.references))
     return _report(works, partial=False)
 

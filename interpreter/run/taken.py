@@ -30,7 +30,7 @@ class Keeper(Protocol):
         """The same that knows nothing."""
 
     def early(self, works: Sequence[Work], name: str) -> bool:
-        """Whether a model that was just solved is worth keeping before the run has ended."""
+        """Whether a model that was just solved is worth keeping, and can be kept, before the run has ended."""
 
     def keep_early(self, works: Sequence[Work], name: str) -> None:
         """Keep such a model, once it is measured."""

@@ -68,7 +68,7 @@ class ComparisonRequest:
     # told, once the journal is open, whom to ask what an interrupt would leave
     saying: Callable[[Callable[[], str]], None] = field(default=lambda words: None, repr=False)
     # told what is known of errors before times are measured, which takes longer
-    accurate: Callable[[Compared], None] = field(default=lambda found: None, repr=False)
+    accurate: Callable[[Compared], None] | None = field(default=None, repr=False)
     # scenes as they are declared, without what their studies vary, and without telling where the time goes
     plain: bool = False
 
@@ -131,7 +131,7 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
         request.saying(done.words)
         try:
             outcomes = _accuracy(tasks, request, done)
-            if request.repeats:
+            if request.accurate is not None and request.repeats:
                 request.accurate(_comparison(subjects, configurations, outcomes, {}, request, started).found)
             costs = _timing(configurations, outcomes, request, journal)
         except KeyboardInterrupt as stop:

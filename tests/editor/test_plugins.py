@@ -24,28 +24,7 @@ pytestmark = LOOP
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 NAMED = [part for name in ("breaking_plugin.py", "broken_plugin.py") for part in ("--plugin", str(PARTS / name))]
 UNKNOWN = ["E730"]  # a word that nobody has, unless the broken plugin does
-SWAY = '''\
-"""How far a point goes along x."""
-
-from typing import Annotated
-
-from softmark.interpreter.metrics.metric import OfDisplacements
-from softmark.records import dataclass
-
-SOFTMARK = {"metrics": {"sway": "Sway"}}
-
-
-@dataclass(frozen=True)
-class Sway(OfDisplacements):
-    """How far it sways."""
-
-    probe: Annotated[str, "probe", "where it is looked at"]
-    unit = "m"
-
-    def value(self, X, u, reference):
-        """Of displacements u (n, 3), m."""
-        return u[0, 0]
-'''
+SWAY = (PARTS / "sway_plugin.py").read_text(encoding="utf-8")
 
 
 @pytest_lsp.fixture(scope="module", config=ClientServerConfig(server_command=[*COMMAND, *NAMED]))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -152,7 +154,9 @@ def test_what_would_need_a_solution_says_so(tmp_path: Path) -> None:
         assert "nothing was solved here" in str(model.metrics[name].reason)
 
 
-def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_is_judged_that_the_scene_does_not_mention(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     scene, file = tmp_path / "block.scene", written(tmp_path / "some file.vtu")
     scene.write_text(SCENE, encoding="utf-8")
     assert main(["judge", str(scene), str(file), "--unit", "1mm", "--as", "sofa", "--json", "-"]) == 0
@@ -166,6 +170,10 @@ def test_a_file_is_judged_that_the_scene_does_not_mention(tmp_path: Path, capsys
     assert main(["judge", str(scene), str(file), "--unit", "1mm", "--as", "block"]) == 2
     assert "the scene has a `block`, beside" in (said := capsys.readouterr().err)
     assert "`--as block_2`" in said
+    with monkeypatch.context() as piped:  # a scene of standard input, which can be read once
+        piped.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(SCENE.encode())))
+        assert main(["judge", "-", str(file), "--unit", "1mm", "--json", "-"]) == 0
+    assert list(json.loads(capsys.readouterr().out)["models"]) == ["some_file"]
     called = file.rename(tmp_path / "block.vtu")  # of itself it gets a name that is free
     assert main(["judge", str(scene), str(called), "--unit", "1mm", "--json", "-"]) == 0
     assert list(json.loads(capsys.readouterr().out)["models"]) == ["block_2"]

@@ -136,14 +136,13 @@ def _compared(
 
     def accurate(found: Compared) -> None:
         """Errors are known long before times: who sits in front of it sees them."""
-        if progress.live:
-            from softmark.interpreter.report.compare.terminal import errors
+        from softmark.interpreter.report.compare.terminal import errors
 
-            progress.clear()
-            print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
+        progress.clear()
+        print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
 
     request = request_of(parsed, folder, progress, parsed.resume, vary=tuple(parsed.vary), models=tuple(parsed.model),
-                         study=parsed.study, accurate=accurate)  # fmt: skip
+                         study=parsed.study, accurate=accurate if progress.live else None)  # fmt: skip
     return compare(subjects, request)
 
 

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
 from softmark.interpreter.cli.commands.options import diagnostics_option, folder, override_option, plugin_option
+from softmark.interpreter.cli.commands.scenes import Unread, read_scene
 
 if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Source
     from softmark.interpreter.run.options import Text
 
 FIELDS = {  # of `results(...)`, by option: what is written there, and whether in quotes
@@ -51,39 +53,36 @@ def run(parsed: argparse.Namespace) -> int:
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
-    if problem := _taken(parsed, names):
-        print(problem, file=sys.stderr)
+    scene = _read(parsed.file)
+    declared = [] if isinstance(scene, Unread) else _declared(scene[0])
+    if name := next((own for own in names if own in declared), None):
+        other = f"call it `--as {_free(name, declared)}`"
+        print(f"dsl judge: error: `--as {name}`: the scene has a `{name}`, beside which a result is; {other}",
+              file=sys.stderr)  # fmt: skip
         return 2
     for path in parsed.results[len(names) :]:
-        names.append(_named(path, [*names, *_declared(parsed.file)]))
+        names.append(_named(path, [*names, *declared]))
     parsed.model = list(dict.fromkeys([*names, *parsed.model]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
         parsed.out = f"{Path(parsed.file).stem or 'scene'}-judged"
-    return running.run(parsed, lambda: _with(parsed, names))
+    return running.run(parsed, lambda: _with(scene, parsed, names))
 
 
-def _declared(file: str) -> list[str]:
+def _read(file: str) -> tuple[Source, Path, Path | None] | Unread:
+    """The scene, once, for standard input has it once; why not is said where it is needed."""
+    try:
+        return read_scene(file)
+    except Unread as unread:
+        return unread
+
+
+def _declared(source: Source) -> list[str]:
     """Names that a scene gives, as far as it can be read; what is wrong with it is said when it is."""
     from softmark.grammar import tree
     from softmark.grammar.parse import parse
-    from softmark.interpreter.cli.commands.scenes import Unread, read_scene
 
-    try:
-        source = read_scene(file)[0]
-    except Unread:
-        return []
     return [d.name for d in parse(source)[0].declarations if isinstance(d, tree.Declare | tree.Param)]
-
-
-def _taken(parsed: argparse.Namespace, names: list[str]) -> str:
-    """That a name which is asked for is one of the scene's, or nothing."""
-    declared = _declared(parsed.file) if names and parsed.file != "-" else []
-    for name in names:
-        if name in declared:
-            other = f"call it `--as {_free(name, declared)}`"
-            return f"dsl judge: error: `--as {name}`: the scene has a `{name}`, beside which a result is; {other}"
-    return ""
 
 
 def _free(name: str, taken: list[str]) -> str:
@@ -98,13 +97,14 @@ def _named(path: str, taken: list[str]) -> str:
     return found if found not in taken else _free(found, taken)
 
 
-def _with(parsed: argparse.Namespace, names: list[str]) -> Text:
+def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]) -> Text:
     """The scene with a model for each result, as if they stood in its last lines. Raises Unread."""
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.cli.commands.scenes import read_scene
     from softmark.interpreter.run.options import Text
 
-    source, place, file = read_scene(parsed.file)
+    if isinstance(scene, Unread):
+        raise scene
+    source, place, file = scene
     given = [(n, getattr(parsed, n)) for n in FIELDS if getattr(parsed, n) is not None]
     fields = "".join(f", {n} = {_quoted(_found(n, v)) if FIELDS[n][1] else v}" for n, v in given)
     lines = [

@@ -69,12 +69,17 @@ class Matched:
 
     def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Points (k, a) with shares (k, a) of them, and how far outside (k,), m."""
-        if self.flat:
-            X = np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
+        X = self._level(X)
         if self.mesh is None:
             return self._between(X)
         place = locate(self.mesh, X)
         return place.nodes, place.N, place.outside
+
+    def _level(self, X: Floats) -> Floats:
+        """Points (k, 3), m, of a slice where its own are, whose z says nothing."""
+        if not self.flat:
+            return X
+        return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
     def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Of points alone: the nearest where it is the same, those of the simplex around it, or the nearest outside."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language.amounts import quantity
@@ -25,10 +25,7 @@ def table(comparison: Compared, colour: bool, path: str | None = None, width: in
     """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
     paint = colour and not os.environ.get("NO_COLOR")
     room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
-    scenes: dict[str, list[SceneView]] = {}
-    for view in views(comparison):
-        scenes.setdefault(view.analysis.scene, []).append(view)
-    blocks = [block for own in scenes.values() for block in _scene(own, paint, room)]
+    blocks = [block for own in _by_scene(comparison) for block in _scene(own, paint, room)]
     blocks = blocks or ["There are no configurations."]
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
@@ -36,11 +33,16 @@ def table(comparison: Compared, colour: bool, path: str | None = None, width: in
 def errors(comparison: Compared, colour: bool) -> str:
     """The same tables before anything was timed, without what is to be taken."""
     paint = colour and not os.environ.get("NO_COLOR")
+    titles = ((all_visible(own[0].title) + ": errors; times are being measured", own) for own in _by_scene(comparison))
+    return "\n\n".join(f"{_style(title, 'bold', paint)}\n\n{_rows(own, paint)}" for title, own in titles)
+
+
+def _by_scene(comparison: Compared) -> Iterable[list[SceneView]]:
+    """The problems of each scene, in their order."""
     scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
         scenes.setdefault(view.analysis.scene, []).append(view)
-    titles = ((all_visible(own[0].title) + ": errors; times are being measured", own) for own in scenes.values())
-    return "\n\n".join(f"{_style(title, 'bold', paint)}\n\n{_rows(own, paint)}" for title, own in titles)
+    return scenes.values()
 
 
 def _style(words: str, name: str, paint: bool) -> str:

@@ -63,7 +63,7 @@ class Keeper:
         solved, and no reference is made from what models compute.
         """
         seconds = sum(sum(timing.seconds) for work in works for timing in _clock(work, name))
-        return seconds > WORTH and self._place(works) is not None and self._measurable(works)
+        return seconds > WORTH and self._place is not None and self._measurable(works) and self._stands(works)
 
     def _measurable(self, works: Sequence[Work]) -> bool:
         from softmark.interpreter.models.prepare import from_a_model
@@ -72,14 +72,14 @@ class Keeper:
         return not scans and all(name in work.models for work in works for name in self._behind(works))
 
     def keep_early(self, works: Sequence[Work], name: str) -> None:
-        """Keep a model that is measured while others are still to be solved."""
-        if (place := self._place(works)) is not None and self._stands(works):
+        """Keep a model for which it is `early` while others are still to be solved."""
+        if (place := self._place) is not None:
             with self._said():
                 self._keep(*place, works, name)
 
     def keep(self, works: Sequence[Work]) -> None:
         """Keep what was computed. A reference that failed may have a solution the next time: then nothing is."""
-        place = self._place(works)
+        place = self._place
         if place is None or _complete(works) or not self._stands(works):
             return
         with self._said():
@@ -88,7 +88,9 @@ class Keeper:
             self._write(*place, "", _references(works))
             store.prune(place[0], self.keys.values())
 
-    def _place(self, works: Sequence[Work]) -> tuple[Path, Scene] | None:
+    @property
+    def _place(self) -> tuple[Path, Scene] | None:
+        """The folder, and the scene that was asked about; None where nothing of it is kept."""
         folder, scene = self._folder, self.scene
         return None if folder is None or scene is None or not self.keys else (folder, scene)
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.models.outside.adapters import PROGRAMS
 from softmark.interpreter.models.outside.decks import gmsh
 from softmark.records import dataclass
 from softmark.solvers.elements.tet10 import EDGES
@@ -42,8 +43,8 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     if problem.element not in ORDERS:
         return [(problem.element, f"its quadrature may be another; tried are {', '.join(ORDERS)}")]
     found = []
-    if problem.element == "tet10" and problem.strain == "finite":
-        found.append(("tet10 at finite strain", "its quadrature may be another"))
+    if (why := PROGRAMS["polyfem"].save.get((problem.element, problem.strain))) is not None:
+        found.append((f"{problem.element} at {problem.strain} strain", why))
     if problem.element == "tet10" and not _straight(problem):
         found.append(("curved edges", "its mesh is told by corners"))
     if len(problem.shares) > 1:

@@ -69,7 +69,7 @@ def lines(report: Report) -> Iterator[str]:
                 left = units.show(rounded(own.touch.gap, DIGITS), units.LENGTH)
                 yield f"{contact} does not touch in {model}: {left} are left"
                 continue
-            force = pressing(own.reaction.force, DIGITS)
+            force = pressing(own.reaction.force, DIGITS, ROUNDING)
             if own.beyond is not None:
                 yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
                 continue

@@ -37,13 +37,17 @@ def row_head(name: str) -> str:
 def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> str:
     """Components in N to five digits; nothing where they are so small a part of the largest, or of what is given."""
     most = max(largest, *(abs(c) for c in vector))
-    near = [0.0 if abs(c) <= rounding * most else float(f"{c:.5g}") for c in vector]
-    return units.show_all(near, units.FORCE).replace("-", "\N{MINUS SIGN}")
+    return _components(vector, 5, rounding * most).replace("-", "\N{MINUS SIGN}")
 
 
-def pressing(force: Sequence[float], digits: int, rounding: float = 1e-8) -> str:
+def _components(vector: Sequence[float], digits: int, nothing: float) -> str:
+    """Components in N, those of no more than `nothing` as none."""
+    return units.show_all([0.0 if abs(c) <= nothing else rounded(c, digits) for c in vector], units.FORCE)
+
+
+def pressing(force: Sequence[float], digits: int, rounding: float) -> str:
     """The size of a force in N, or, where it is along no axis, all of it: that of a part beside its mirrors is not."""
     size = math.hypot(*force)
     if max(map(abs, force)) >= ALONG * size:
         return units.show(rounded(size, digits), units.FORCE)
-    return units.show_all([rounded(c, digits) if abs(c) > rounding * size else 0.0 for c in force], units.FORCE)
+    return _components(force, digits, rounding * size)
