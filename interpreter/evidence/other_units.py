@@ -13,6 +13,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.models.results.held import ANOTHER
 from softmark.interpreter.results.report import ModelResult, ProbeResult, ReferenceResult
 
 FACTORS = {1e3: "a thousand times as far", 1e-3: "a thousandth as far"}
@@ -37,8 +38,7 @@ def other_units(
             declared = scene.declared[name]
             found.append(diagnostic(
                 "W704", declared.at("unit"), f"`{name}` moves `{probe}` {words} as `{other}` does", "another unit?",
-                "are its displacements in another unit than its lengths? write both in one, or tell positions, "
-                "`at = \"position\"`",
+                ANOTHER,
             ))  # fmt: skip
     return found
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.interpreter.exchange.record import Deck, Left, Part
 from softmark.references.measured import Unreadable
-from softmark.solvers.mesh.files.reading import UnreadableMesh, parsed
+from softmark.solvers.mesh.files.reading import UnreadableMesh, as_written, parsed
 from softmark.solvers.mesh.files.reading import read as read_mesh
 
 
@@ -16,11 +16,12 @@ def read(path: Path) -> Deck:
     """A mesh and its groups. Raises Unreadable."""
     try:
         mesh = read_mesh(str(path), 1.0, named=True)
-        names = getattr(parsed(path), "field_data", {})
+        data = parsed(path)
+        own, names = as_written(data, path, 1.0), getattr(data, "field_data", {})
     except UnreadableMesh as error:
         raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
     part = Part(path.stem, np.arange(len(mesh.cells)), None)
-    found = Deck(path.name, mesh.kind, mesh.points, mesh.cells, [part], static=False, mesh=path)
+    found = Deck(path.name, own.kind, own.points, own.cells, [part], static=False, mesh=path)
     for name, (_, dimension) in names.items():
         if dimension < 2:
             found.left.append(Left(f"the group `{name}`", "it has points or lines: a scene has cells and faces"))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.exchange.faces import Sides
+from softmark.solvers.mesh.mesh import Mesh
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -121,3 +122,9 @@ class Deck:
     def sides(self) -> Sides:
         """Those of its cells, found when something asks."""
         return Sides(self.cells)
+
+    @cached_property
+    def inside_out(self) -> Ints:
+        """Cells (k,) whose nodes are in an order that makes their volume negative."""
+        with np.errstate(all="ignore"):  # what is not finite is refused with its place, when the scene is read
+            return np.flatnonzero(Mesh(self.points, self.cells, self.kind).volumes < 0.0)

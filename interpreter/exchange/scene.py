@@ -16,7 +16,7 @@ from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
 from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Law, Left, OnFaces
 from softmark.interpreter.exchange.units import Unasked, Units
-from softmark.solvers.mesh.files.flaws import components, twins
+from softmark.solvers.mesh.files.flaws import at, components, twins
 
 FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
 FORCES = 400  # nodes with forces of their own
@@ -44,11 +44,15 @@ class Wanting(Exception):
 
 @dataclass(frozen=True)
 class Written:
-    """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left."""
+    """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left.
+
+    `turned` says which cells were inside out, if some were.
+    """
 
     scene: str
     mesh: str | None
     left: tuple[Left, ...]
+    turned: str | None
 
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
@@ -59,9 +63,11 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     mesh = None
     if deck.mesh is None:
         mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
-    left = tuple(dict.fromkeys(deck.left))
+    left, turned = tuple(dict.fromkeys(deck.left)), _turned(deck, units)
+    if turned is not None:
+        deck.taken.append(f"{turned}: a scene turns them")
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
-    return Written(format_source(Source(deck.title, text)), mesh, left)
+    return Written(format_source(Source(deck.title, text)), mesh, left, turned)
 
 
 def _one_piece(deck: Deck) -> None:
@@ -72,6 +78,14 @@ def _one_piece(deck: Deck) -> None:
         raise Foreign(
             f"{deck.title} has {many} pieces that share no nodes", "a body is one piece: write each to a deck"
         )
+
+
+def _turned(deck: Deck, units: Units) -> str | None:
+    """How many cells are inside out, and where the first of them is; None of none."""
+    if not len(own := deck.inside_out):
+        return None
+    middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
+    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {at(middle)}"
 
 
 def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:

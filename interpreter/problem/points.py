@@ -27,6 +27,7 @@ from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
 from softmark.solvers.mesh.filled import Enclosed
+from softmark.solvers.mesh.shapes import MeshFile
 from softmark.solvers.mesh.skin import skin_of
 
 if TYPE_CHECKING:
@@ -247,6 +248,26 @@ def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
     if len(X) > DRAWN and not shape.prebuilt:
         X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
     return X, triangles
+
+
+def throughout(case: Case, place: ProbePoints) -> Floats:
+    """Points (n, 3), m, all over a body and on the surface that is drawn: the nodes of its file, or of a mesh that
+    costs next to nothing."""
+    shape = located(case.shape, case.shaped)
+    if case.planar or shape.enclosed or place.triangles is None:
+        return place.X
+    inner = shape.points() if isinstance(shape, MeshFile) else shape.mesh(Tet4.name, _inner(shape)).points
+    return np.concatenate([place.X, inner])
+
+
+def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
+    """Points (n, 3), m, that a condition selects of the surface that is drawn, on its borders too; of rods none."""
+    if place.triangles is None:
+        return np.zeros((0, 3))
+    from softmark.interpreter.problem.parts.faces import clipped
+
+    members = _on_surface(case, located(case.shape, case.shaped), where) if where.groups else None
+    return clipped(where, place.X, place.triangles, members)[0]
 
 
 def scanned(case: Case) -> ProbePoints:

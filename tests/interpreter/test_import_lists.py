@@ -187,3 +187,25 @@ def test_a_deck_of_two_pieces_is_refused(tmp_path: Path) -> None:
     (tmp_path / "two.inp").write_text(lower.replace("19, 5, 6, 20, 9, 11, 12, 10", "19, 5, 6, 20, 15, 17, 18, 16"))
     with pytest.raises(Foreign, match="2 pieces that share no nodes"):
         scene.written(formats.read(tmp_path / "two.inp"), units.told("mm-t-s", None, None, None), scene.Filled(), "x")
+
+
+def test_cells_that_are_inside_out_are_counted_and_mean_the_same(tmp_path: Path) -> None:
+    """1e-12: the same problem, whose matrix has its rows in another order."""
+    mm, sag = units.told("mm-t-s", None, None, None), []
+    for name in ("deck.inp", "deck-inside-out.inp"):
+        made = scene.written(formats.read(PARTS / name), mm, scene.Filled(), f"{name}.mesh.inp")
+        (tmp_path / f"{name}.mesh.inp").write_text(made.mesh or "")
+        probed = (
+            made.scene + "probe end = point(body, at = (20, 5, 5) mm)\nmetric sag = displacement(end, along = -z)\n"
+        )
+        (tmp_path / "made.scene").write_text(probed)
+        sag.append(softmark.load(tmp_path / "made.scene").run().models["fe"].metrics["sag"].value)
+        assert (made.turned or "").startswith("1 of its 2 cells are inside out") == (name != "deck.inp")
+    assert sag[0] == pytest.approx(sag[1], rel=1e-12)
+
+
+def test_cells_of_gmsh_are_counted_as_its_file_has_them(changed: Changed) -> None:
+    path = changed(PARTS / "named.msh")
+    path.write_text(path.read_text().replace("5 9 10 6 8 12 11 7", "5 6 10 9 8 7 11 12"))
+    assert formats.read(path).inside_out.tolist() == [1]
+    assert not len(formats.read(PARTS / "named.msh").inside_out)

@@ -417,3 +417,44 @@ def test_results_of_one_name_are_told_apart(tmp_path: Path) -> None:
     assert main(["judge", str(tmp_path / "s.scene"), *files, "--unit", "1mm", "--json", str(told)]) == 0
     found = json.loads(told.read_text())["models"]
     assert found["job_2"]["metrics"]["out"]["value"] == pytest.approx(2 * found["job"]["metrics"]["out"]["value"])
+
+
+LID = "support lid = displaced(block, where = z >= 20 mm and x <= 17 mm, by = (0, 0, -3) mm, components = z)\n"
+
+
+@pytest.mark.parametrize(
+    ("lid", "said"), [(-3.0, ""), (-3e-3, "0.001 times"), (-30.0, "10 times"), (-1.5, "0.5 times")]
+)
+def test_results_that_do_not_move_as_the_scene_tells_are_said(tmp_path: Path, lid: float, said: str) -> None:
+    """Cells end at 20 mm, beyond the part that is moved: what lies beside its border says nothing."""
+    points, _ = block()
+    rows = [f"{x},{y},{z},0,0,{lid * z / 20 * (x <= 17)}" for x, y, z in points.tolist()]
+    (tmp_path / "a.csv").write_text("\n".join(["X,Y,Z,ux,uy,uz", *rows, ""]))
+    report = loads(f'{SCENE}{LID}model theirs = results("{tmp_path / "a.csv"}", unit = 1 mm)\n').run()
+    found = [w for w in report.warnings if w.code == "W703"]
+    assert [said in str(w.help) for w in found] == [True] * bool(said)
+    assert report.models["theirs"].solve["match"]["supports"] == pytest.approx(
+        {"floor": 0.0, "lid": abs(lid + 3) / 1e3}
+    )
+
+
+def test_a_body_that_is_a_file_is_judged_as_one_that_is_a_shape(tmp_path: Path) -> None:
+    """Held by a named part of its file, by a table that is 100 nm off: that was a failure, and a refusal."""
+    mesh = Path(__file__).parents[1] / "errors" / "parts" / "named.msh"
+    points = 10.0 * meshio.read(mesh).points
+    rows = [f"{x + 1e-4},{y},{z},0,0,{-(x**2) / 1e3}" for x, y, z in points.tolist()]
+    (tmp_path / "a.csv").write_text("\n".join(["X,Y,Z,ux,uy,uz", *rows, ""]))
+    report = loads(f"""softmark 1
+scene "Bar"
+material gel = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body bar = solid(mesh("{mesh}", unit = 10 mm), gel)
+region wall = group(bar, "wall")
+support held = fixed(bar, where = wall)
+probe tip = point(bar, at = (20, 5, 5) mm)
+metric sunk = displacement(tip, along = -z)
+model theirs = results("{tmp_path / "a.csv"}", unit = 1 mm)
+""").run()
+    assert report.models["theirs"].metrics["sunk"].value == pytest.approx(0.4e-3, rel=1e-4)
+    match = report.models["theirs"].solve["match"]
+    assert (match["lacks"], match["supports"]) == (0, {"held": 0.0})
+    assert not [w for w in report.warnings if w.code.startswith("W70")]

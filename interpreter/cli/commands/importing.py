@@ -56,7 +56,7 @@ def run(parsed: argparse.Namespace) -> int:
     for file in (target, mesh):
         print(visible(str(file)))
     problems = errors(load(str(target))[1])
-    show([*(_left(path, what) for what in found.left), *problems])
+    show([*(_left(path, what) for what in found.left), *_turned(path, found), *problems])
     return 2 if problems else 0
 
 
@@ -85,6 +85,13 @@ def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> Written:
         raise _Refused("E752", error.reason, error.remedy) from None
     except Foreign as error:
         raise _Refused("E753", error.reason, error.remedy) from None
+
+
+def _turned(path: Path, found: Written) -> list[Diagnostic]:
+    if found.turned is None:
+        return []
+    remedy = "a scene turns them, which changes no shape; other programs may refuse such cells: number their nodes anew"
+    return [Diagnostic("W751", visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
 
 
 def _left(path: Path, left: Left) -> Diagnostic:

@@ -13,6 +13,8 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.results.held import kept, slips, vast
+from softmark.interpreter.models.results.lacking import lacking
 from softmark.interpreter.models.results.matching import POSITION, Floats, Matched, matched
 from softmark.interpreter.models.results.readers import read
 from softmark.interpreter.models.results.readers.moments import counted
@@ -23,11 +25,9 @@ from softmark.interpreter.models.shared.deformed import Deformed
 from softmark.interpreter.models.shared.prepared import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.data import located
-from softmark.interpreter.problem.parts.pieces import selects
-from softmark.interpreter.problem.points import drawn
+from softmark.interpreter.problem.points import ProbePoints, drawn
 from softmark.interpreter.results.history import History
 from softmark.interpreter.vocabulary.analyses import Dynamic, InState, Quasistatic
-from softmark.interpreter.vocabulary.supports import Holding
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 
@@ -44,8 +44,6 @@ FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length be
 NEAR = 0.05  # of a factor
 ROW = "write a row for each point of a probe"
 ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
-HOLE = 3.0  # times the distance of points of a table: farther from the next one some seem to be missing
-SLIPS = 0.01  # of the greatest displacement: a body that is held may move by so much, by how it is read between points
 MOVED = (
     "its points have moved already: less their displacements they are those of the body",
     'take the points themselves, `at = "position"`, with `rest`, a file of them undeformed',
@@ -55,11 +53,13 @@ MOVED = (
 @dataclass(frozen=True)
 class PreparedResults(Meshless):
     """What a file tells of a body: displacements `u` (t, n, 3), m, of its points in the state of rest that is looked
-    at, or in a motion up to its end, at `times` (t,), s. The last are those of the state, and of the end."""
+    at, or in a motion up to its end, at `times` (t,), s. The last are those of the state, and of the end.
+    `body` (b, 3), m, are points of its surface."""
 
     declared: Declared
     case: Case
     found: Matched
+    body: Floats
     times: Floats | None
     u: Floats
     facts: dict[str, Any]
@@ -93,7 +93,7 @@ class PreparedResults(Meshless):
             if self.found.wired:
                 raise _unusable(self.declared, Unmatched(f"between its points a rod is bent, and {away}", ROW))
             raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
-        return far if far > _within(self.declared.thing, self.case) else 0.0
+        return far if far > _within(self.declared.thing, self.body) else 0.0
 
     def solve(self, watch: Watch) -> Solution:
         """Nothing: what the file tells."""
@@ -122,12 +122,18 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) 
         workshop.meshes[key] = _matched(model, declared, case)
     found, told = workshop.meshes[key]
     times, u, said = _state(declared, case, found)
+    if ("drawn", case.body.name) not in workshop.meshes:
+        workshop.meshes["drawn", case.body.name] = drawn(case)
+    place = workshop.meshes["drawn", case.body.name]
     if (*key, model.within) not in workshop.meshes:
-        workshop.meshes[*key, model.within] = _fits(model, declared, case, found)
+        workshop.meshes[*key, model.within] = _fits(model, declared, case, place, found)
     fits, notes = workshop.meshes[*key, model.within]
-    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u), *_slips(declared, case, found, u[-1:]))
-    facts = {"field": found.name, **said, **fits, "unused": _unused(told, case)}
-    return PreparedResults(declared, case, found, times, u, facts, notes)
+    each, most = kept(case, place, found, u[-1]), float(np.linalg.norm(u[-1], axis=1).max())
+    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u), *slips(declared, case, each, most))
+    notes = (*notes, *vast(declared, case, place, most))
+    strays = {own.support.name: own.far for own in each}
+    facts = {"field": found.name, **said, **fits, "supports": strays, "unused": _unused(told, case)}
+    return PreparedResults(declared, case, found, place.X, times, u, facts, notes)
 
 
 def _read(declared: Declared, field: str) -> Told:
@@ -231,25 +237,6 @@ def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Dia
         yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
 
 
-def _slips(declared: Declared, case: Case, found: Matched, u: Floats) -> Iterator[Diagnostic]:
-    """That displacements u (1, n, 3), m, of its points move the body where a support of the scene holds it at rest."""
-    resting = [s for s in case.named_supports if isinstance(s.thing, Holding)]
-    resting = [s for s in resting if not s.thing.moves and s.thing.course is None]
-    if not found.spans or not resting:
-        return
-    X = drawn(case).X
-    moved = found.at(X, u)[0]
-    most = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
-    for support in resting:
-        thing = support.thing
-        held = moved[selects(thing.where, X, case.shape.diagonal)][:, list(thing.components)]
-        if (far := float(np.linalg.norm(held, axis=1).max(initial=0.0))) > SLIPS * most:
-            name, by = Path(declared.thing.path).name, units.show(far, units.LENGTH)
-            problem = f"{name} moves `{case.body.name}` by {by} where `{support.name}` holds it"
-            remedy = f"the farthest it moves is {units.show(most, units.LENGTH)}: was it held so when it was solved?"
-            yield diagnostic("W703", declared.at("path"), problem, "another problem?", remedy)
-
-
 def _end(times: Floats | None, which: int) -> float | None:
     return None if times is None else float(times[which])
 
@@ -257,32 +244,37 @@ def _end(times: Floats | None, which: int) -> float | None:
 # ------------------------------------------------------------------ how well it fits
 
 
-def _within(model: Any, case: Case) -> float:
+def _diagonal(X: Floats) -> float:
+    """Of what bounds points (n, 3), m: those of a body that is a file are known when it is read, and not before."""
+    return float(np.linalg.norm(np.ptp(X, axis=0)))
+
+
+def _within(model: Any, body: Floats) -> float:
     within: float | None = model.within
-    return WITHIN * case.shape.diagonal if within is None else within
+    return WITHIN * _diagonal(body) if within is None else within
 
 
 def _fits(
-    model: Results, declared: Declared, case: Case, found: Matched
+    model: Results, declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """How the file stands to the body, and a warning where they are not of the same volume. Raises Fault."""
-    X = drawn(case).X
+    """How the file stands to the body, which is drawn at a place, and warnings where they differ. Raises Fault."""
+    X = place.X
     try:
         far, beyond = _misfit(found, X)
         most = max(far, beyond)
-        if most > ROUGH * case.shape.diagonal and found.name != POSITION:
+        if most > ROUGH * _diagonal(X) and found.name != POSITION:
             rest = replace(found, X=found.X - found.u[-1], mesh=None)
             if max(_misfit(rest, X)) < CLOSER * most:
                 raise _unusable(declared, Unmatched(*MOVED))
     except Unmatched as error:
         raise _unusable(declared, error) from None
-    if most > _within(model, case):
+    if most > _within(model, X):
         raise Fault(_apart(model, declared, case, found, X, most))
     told = {"outside": far, "beyond": beyond, "volume": None}
     whole = case.shape.volume
     if found.mesh is None:
-        hole, usual = found.hole(X)
-        return {**told, "between": hole, "usual": usual}, tuple(_holes(declared, hole, usual))
+        facts, notes = lacking(declared, case, place, found)
+        return told | facts, notes
     if not whole:
         return told, ()
     share = float(found.mesh.volumes.sum()) / whole
@@ -293,15 +285,6 @@ def _fits(
                       f"volume of `{case.body.name}`", "not the same body", "if it is a coarse mesh of it, that is "
                       "its error; else judge it by a scene of its own body")  # fmt: skip
     return told, (note,)
-
-
-def _holes(declared: Declared, hole: float, usual: float) -> Iterator[Diagnostic]:
-    """That the surface is `hole`, m, from the next point of a table whose points are `usual`, m, from each other."""
-    if hole > HOLE * usual:
-        file, far, near = Path(declared.thing.path).name, *(units.show(v, units.LENGTH) for v in (hole, usual))
-        yield diagnostic("W702", declared.at("path"), f"{file} has no point within {far} of a place on "
-                         f"`{declared.name}`, where others are at most {near} apart", "points are missing?", "there "
-                         "displacements are taken for linear: write all points, or a file with cells")  # fmt: skip
 
 
 def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
@@ -318,7 +301,7 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
 def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
     """That the body does not lie in what the file covers, with the unit that would do if one does."""
     spans = (" x ".join(units.show(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
-    ratio = case.shape.diagonal / found.extent if found.extent else 0.0
+    ratio = _diagonal(body) / found.extent if found.extent else 0.0
     factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
     remedy = "judge results of the same body, in the same place; `within` lets more pass"
     if factor is not None:

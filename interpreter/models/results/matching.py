@@ -18,7 +18,6 @@ from softmark.solvers.mesh.mesh import Mesh
 Floats = NDArray[np.float64]
 
 POSITION = "position"
-USUALLY = 0.9  # of the points of a table are as near to the next one, or nearer
 USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
 # what vectors are that are no displacements, by how their names begin, in small letters
 OTHERS = (
@@ -60,15 +59,15 @@ class Matched:
 
     def at(self, X: Floats, u: Floats) -> Floats:
         """Displacements of material points X (k, 3), m, by those of its points u (t, n, 3): (t, k, 3), m."""
-        which, share = self._places(X)[:2]
+        which, share = self.places(X)[:2]
         found: Floats = np.einsum("ka,tkai->tki", share, u[:, which])
         return found
 
     def outside(self, X: Floats) -> Floats:
         """How far points X (k, 3), m, lie outside of what it covers (k,), m."""
-        return self._places(X)[2]
+        return self.places(X)[2]
 
-    def _places(self, X: Floats) -> tuple[Any, Floats, Floats]:
+    def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Points (k, a) with shares (k, a) of them, and how far outside (k,), m."""
         X = self._level(X)
         if self.mesh is None:
@@ -102,16 +101,6 @@ class Matched:
         share[within] = np.column_stack([first, 1.0 - first.sum(axis=1)])
         outside[within] = 0.0
         return which, share, outside
-
-    def hole(self, X: Floats) -> tuple[float, float]:
-        """The farthest of points X (k, 3), m, from the next of its own, and what most of these are from each other.
-
-        Of points alone; zeros of those that span nothing, which cover no body.
-        """
-        if not self.spans or len(self.X) < 2:
-            return 0.0, 0.0
-        near, far = self._tree.query(self.X, k=2)[0][:, 1], self._tree.query(self._level(X))[0]
-        return float(far.max(initial=0.0)), float(np.quantile(near, USUALLY))
 
     @property
     def ways(self) -> int:

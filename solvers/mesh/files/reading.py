@@ -51,13 +51,20 @@ def read(path: str, unit: float, coincident: str = "refuse", named: bool = False
     Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
     """
     data = parsed(Path(path))
+    before = as_written(data, Path(path), unit)
+    mesh = checked(before.points, before.cells, before.kind, coincident)
+    return replace(mesh, groups=_groups(data, Path(path), before, mesh)) if named else mesh
+
+
+def as_written(data: Any, path: Path, unit: float) -> Mesh:
+    """The solid cells of a file that was parsed, as it numbers their nodes: none turned. Raises UnreadableMesh."""
     there = {block.type for block in data.cells}
     solids = sorted(there & KINDS.keys())
     if not solids:
         kinds = ", ".join(sorted(there)) or "none"
         raise UnreadableMesh(
             f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
-            remedy=filling(Path(path)) if there & FACETS.keys() else None,
+            remedy=filling(path) if there & FACETS.keys() else None,
         )
     others = (there & OTHERS) | set(solids[1:])
     if others:
@@ -68,8 +75,7 @@ def read(path: str, unit: float, coincident: str = "refuse", named: bool = False
     if wrong := [block.shape for block in cells if block.ndim != 2 or block.shape[1] != many]:
         raise UnreadableMesh(f"its {solids[0]} cells have {wrong[0][-1]} nodes each, which is not {many}")
     whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one order
-    mesh = checked(points, whole, kind, coincident)
-    return replace(mesh, groups=_groups(data, Path(path), Mesh(points, whole, kind), mesh)) if named else mesh
+    return Mesh(points, whole, kind)
 
 
 def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
