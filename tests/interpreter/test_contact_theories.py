@@ -347,8 +347,8 @@ def test_forces_of_a_theory_stand_beside_those_of_models_and_are_of_the_same_par
 def test_a_force_is_told_by_its_size_where_that_is_what_a_metric_along_it_says() -> None:
     """4 % across make 0.08 % of the size: seen on four digits, not on three."""
     force = (0.04, 0.0, -1.0)
-    assert pressing(force, 3) == "1 N"
-    assert pressing(force, 4) == "(0.04, 0, -1) N"
+    assert pressing(force, 3, 1e-8) == "1 N"
+    assert pressing(force, 4, 1e-8) == "(0.04, 0, -1) N"
 
 
 @pytest.mark.parametrize(("start", "askew"), [("10 s", False), ("2 s", True)])
