@@ -14,6 +14,7 @@ buckling load does, it steps aside and goes on to a stable one.
 Where something may touch, whole steps go in and out of contact by turns: the free way is one on which energy falls, and
 is left out where pressures are unknowns as well. Where these ways fail beside rigid bodies, soft barriers
 come first (`hardened.py`), and so they do in the careful way. Friction has a way of its own (`friction.py`).
+What only touch holds, and slips away as a whole from the equilibrium that was found, is refused (`slipping.py`).
 
 With a cap there is only the free way, cut after so many linear systems. Along `arc_length` there is only the path of
 equilibria from rest (`arc_length.py`). An answer whose digits rounding has taken is refused (`condition`).
@@ -93,6 +94,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
             unstable = failure.unstable if unstable is None else unstable
+    if unstable is not None and problem.grounded:
+        return _beside(problem, history, systems, unstable)
     found = _careful(problem, history, systems)
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
@@ -210,6 +213,25 @@ def _stable(newton: Newton, x: Floats) -> bool | None:
     from softmark.solvers.statics.friction import steady
 
     return steady(newton, x)
+
+
+def _beside(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
+    """Of a body that only touch holds, what is beside an equilibrium that is not stable; carefully where it deforms.
+
+    Raises NotConverged, at once where the body slips away as a whole: loads that grow would find it no more.
+    """
+    from softmark.solvers.statics.slipping import slipping
+
+    newton = Newton(problem, history, systems)
+    try:
+        x, stable = newton.stable(unstable)
+        return replace(_kept(newton, x, 1, stable), unstable=newton.left)
+    except NotConverged as failure:
+        away = slipping(newton, unstable)
+        if away is not None:
+            reason = f"in equilibrium it is balanced and not held: {away}"
+            raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
+    return _careful(problem, history, systems)
 
 
 # ------------------------------------------------------------------ whole steps, and no more than so many

@@ -19,6 +19,7 @@ from softmark.solvers.energies.ground import Ground
 from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
 
 REACH = 0.1  # of its size: how far loads take a free body at a time
+FAR = 2.0  # times that: a weakened spring may let a body go so far at most, lest it passes what would stop it
 WEAKER = 100.0  # times, from place to place, as long as it bears less and less
 GONE = 1e-10  # of the forces on the body: what it may bear in the end
 STUCK = 30  # places at which it bears no less than at the one before
@@ -38,11 +39,14 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
     known: Any = problem.assembly.internal[-1]
     ground: Ground = replace(known, place=problem.rest if problem.start is None else problem.start)
     weakest, history, before, stuck = ground.spring, tuple[Iteration, ...](), 1.0, 0
-    least = NOTHING * weakest * problem.extent
-    ground = replace(ground, spring=max(weakest, _pull(problem) / (REACH * problem.extent)))
+    least, first = NOTHING * weakest * problem.extent, max(weakest, _pull(problem) / (REACH * problem.extent))
+    ground = replace(ground, spring=first)
     for number in range(MOST):
         found = find(replace(_on(problem, ground), tolerance=CLOSER * problem.tolerance))
         history += found.history
+        if ground.spring < first and ground.carried(found.x) > FAR * REACH * problem.extent:
+            ground = replace(ground, spring=first)  # what held it lets go: from the same place again, less far
+            continue
         borne = _borne(problem.assembly, ground, found.x, least)
         if borne <= GONE:
             facts = {"bears": borne, "places": number + 1}

@@ -366,7 +366,18 @@ class Newton:
         raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
 
     def _aside(self, x: Floats) -> Floats:
-        """A state of less energy along the most unstable direction. Raises NotConverged where there is none.
+        """A state of less energy along the most unstable direction. Raises NotConverged where there is none."""
+        d = self.downhill(x)
+        d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
+        value = self._energy(x, 1.0)
+        for length in 0.5 ** np.arange(20):
+            y = self.space.move(x, length * d)
+            if self._energy(y, 1.0) < value - 1e-10 * abs(value):
+                return y
+        raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
+
+    def downhill(self, x: Floats) -> Floats:
+        """The direction (dofs,) that an unstable equilibrium resists least. Raises NotConverged.
 
         Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
         """
@@ -378,13 +389,7 @@ class Newton:
         for _ in range(50):
             d[free] -= definite.solve(K @ d[free])
             d[free] /= np.linalg.norm(d[free])
-        d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
-        value = self._energy(x, 1.0)
-        for length in 0.5 ** np.arange(20):
-            y = self.space.move(x, length * d)
-            if self._energy(y, 1.0) < value - 1e-10 * abs(value):
-                return y
-        raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
+        return d
 
     def _direction(self, x: Floats, g: Floats, factor: Factor) -> Floats:
         d = np.zeros(self.space.dofs, dtype=x.dtype)

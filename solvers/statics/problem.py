@@ -11,6 +11,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats, Ints, Space, Wandering
+from softmark.solvers.energies.ground import Ground
 from softmark.solvers.linear import factorisations as linear
 from softmark.solvers.linear.systems import Linear
 
@@ -170,6 +171,11 @@ class Statics:
     def beside(self) -> bool:
         """Whether there are rigid bodies."""
         return any(energy.driven for energy in self.assembly.loads)
+
+    @property
+    def grounded(self) -> bool:
+        """Whether a spring keeps a body that only touch is to hold."""
+        return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], Ground)
 
     @property
     def rubs(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -141,3 +142,41 @@ def test_a_finer_space_is_kept_where_the_body_is() -> None:
     text += "metric d = displacement(p, along = -z)\n"
     lay, fell = (stated(text.format(z=z, top=z + 20, slope=0, friction=""), "cubes")["d"].parts for z in (0, 10))
     assert fell["discretisation"] == pytest.approx(lay["discretisation"], rel=1e-2)
+
+
+def test_what_a_body_tips_off_from_does_not_let_it_through_a_thin_shelf() -> None:
+    """A block whose middle is beside the ball under it tips, and comes to lie on 2 mm, 38 mm below, with its weight.
+
+    To the tolerance of equilibrium, 1e-8, and what the spring bears, at forces that its contacts share.
+    """
+    report = loads("""softmark 1
+material gel   = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     block = solid(box(size = (20, 20, 20) mm), gel)
+body     ledge = rigid(sphere(radius = 3 mm, origin = (18, 10, -3) mm))
+body     shelf = rigid(box(size = (200, 200, 2) mm, origin = (-100, -100, -40) mm))
+contact  under = between(ledge, block)
+contact  below = between(shelf, block)
+load     sag   = gravity(9.81 m/s^2, direction = -z)
+model    cubes = fem(hex8, size = 20 mm, strain = finite)
+metric   rest  = force(below, along = +z)
+""").run()
+    assert report.models["cubes"].metrics["rest"].value == pytest.approx(WEIGHT, rel=2e-8)
+
+
+def test_a_body_that_is_balanced_on_a_point_is_refused_at_once() -> None:
+    """A ball between a round pin and a plate: in equilibrium, of less energy beside it, whichever way it goes."""
+    report = loads("""softmark 1
+material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     ball  = solid(sphere(radius = 10 mm, origin = (0, 0, 10) mm), gel)
+body     pin   = rigid(sphere(radius = 3 mm, origin = (0, 0, -3) mm))
+body     plate = rigid(half_space(origin = (0, 0, 20) mm, normal = -z))
+support  hand  = displaced(plate, by = (0, 0, -2) mm)
+contact  touch = between(pin, ball)
+contact  over  = between(plate, ball)
+model    cells = fem(tet4, size = 4 mm, strain = finite)
+metric   push  = force(touch, along = +z)
+""").run()
+    found = report.models["cells"]
+    assert found.status == "not_converged"
+    assert re.search(r"balanced and not held: it slips away along \(0\.\d+, -?0\.\d+, 0\)", str(found.message))
+    assert found.solve["iterations"] < 500  # that loads which grow took 2700 of
