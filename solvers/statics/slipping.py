@@ -26,7 +26,7 @@ def slipping(newton: Newton, x: Floats) -> str | None:
         return None
     d = newton.downhill(x)[free]
     R = rigid_motions(points + x.reshape(-1, 3), free)
-    by = np.linalg.lstsq(R, d, rcond=None)[0]
+    by = np.asarray(np.linalg.lstsq(R, d, rcond=None)[0], dtype=np.float64)
     if float(np.sum((R @ by) ** 2)) < WHOLE * float(d @ d):
         return None
     carried, turned = by[:3], by[3:]
@@ -35,8 +35,8 @@ def slipping(newton: Newton, x: Floats) -> str | None:
     return f"it slips away along {_way(carried)}"
 
 
-def _way(v: Floats) -> str:
+def _way(motion: Floats) -> str:
     """A direction, of two that are as good the one whose first component that is not small is positive."""
-    v = v / np.abs(v).max()
+    v: Floats = motion / np.abs(motion).max()
     v = v * np.sign(v[np.flatnonzero(np.abs(v) > LEAST)[0]]) / np.linalg.norm(v)
     return f"({', '.join(f'{c:.2g}' for c in np.round(v, 2) + 0.0)})"

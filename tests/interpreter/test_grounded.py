@@ -163,6 +163,21 @@ metric   rest  = force(below, along = +z)
     assert report.models["cubes"].metrics["rest"].value == pytest.approx(WEIGHT, rel=2e-8)
 
 
+@pytest.mark.parametrize(("thick", "z"), [(0.5, 20.0), (0.2, 5.0)])
+def test_a_block_does_not_fall_through_a_thin_shelf(thick: float, z: float) -> None:
+    """Whose thickness is a small part of the way from place to place: it lies on it, with its weight, as on any other.
+
+    The bottom comes to where the shelf begins, but for the gap of the barrier, 1e-5 of a diagonal at most.
+    """
+    text = FALLS.format(z=z, slope=0, friction="").replace(
+        "half_space(normal = (0, 0, 1))", f"box(size = (200, 200, {thick}) mm, origin = (-100, -100, {-thick}) mm)"
+    )
+    text += f"probe low = point(block, at = (10, 10, {z}) mm)\nmetric down = displacement(low, along = -z)\n"
+    found = loads(text).run().models["cubes"].metrics
+    assert found["rest"].value == pytest.approx(WEIGHT, rel=2e-8)
+    assert found["down"].value == pytest.approx(1e-3 * z, abs=1e-5 * 0.0346)
+
+
 def test_a_body_that_is_balanced_on_a_point_is_refused_at_once() -> None:
     """A ball between a round pin and a plate: in equilibrium, of less energy beside it, whichever way it goes."""
     report = loads("""softmark 1
