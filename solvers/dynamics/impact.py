@@ -27,14 +27,13 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.contact.pose import Posed
+from softmark.solvers.contact.through import Place, place, through
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting
 from softmark.solvers.dynamics.scheme import CutsIn, StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
 if TYPE_CHECKING:
-    from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.dynamics.loading import Course
     from softmark.solvers.dynamics.scheme import Motion
 
@@ -316,61 +315,9 @@ class Touches:
 
     def passed(self, x: Floats, start: Sequence[Place]) -> bool:
         """Whether a point has gone through a rigid body on its way from where it was, as seen from there."""
-        return any(passed(a, b) for a, b in zip(start, self.places(x), strict=True))
+        return any(through(a, b) for a, b in zip(start, self.places(x), strict=True))
 
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""
         both = zip(self.posed, since.posed, strict=True)
         return sum(float(c.work(x, s)) for c, s in both if c.share != s.share)
-
-
-LOOKS = 64  # along the way of a point that may have gone through
-LEAST = 1.0 / 512  # of a way that a look goes on by: walls thinner than this part of what a point moves in a step
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where the points of a contact are as seen from the rigid body: X (n, 3), m, with their gaps (n,), m."""
-
-    own: Gap
-    X: Floats
-    gaps: Floats
-
-
-def place(contact: Touching, x: Floats) -> Place:
-    """In a state."""
-    body, X = contact.body, contact.places(x)
-    if isinstance(body, Posed):
-        return Place(body.own, back := body.pose.back(X), body.own.gap(back))
-    return Place(body, X, body.gap(X))
-
-
-def passed(start: Place, end: Place) -> bool:
-    """Whether a point has gone in on one side of the rigid body and is on its way out of another.
-
-    As seen from the rigid body, whose gap is 1-Lipschitz: points that have moved by less than their gaps at both ends
-    have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
-    """
-    step = end.X - start.X
-    far = np.sqrt(np.einsum("ni,ni->n", step, step))
-    doubt = np.flatnonzero(far > start.gaps + end.gaps)
-    if not len(doubt):
-        return False
-    n0, n1 = end.own.look(start.X[doubt])[1], end.own.look(end.X[doubt])[1]
-    turned = doubt[np.einsum("ni,ni->n", n0, n1) < 0.0]
-    return bool(len(turned)) and _cut(end.own, start.X[turned], end.X[turned], far[turned])
-
-
-def _cut(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
-    """Whether a straight way from X0 to X1 (n, 3) leads behind the surface."""
-    share = np.zeros(len(far))
-    for _ in range(LOOKS):
-        g = own.gap(X0 + share[:, None] * (X1 - X0))
-        if (g < 0.0).any():
-            return True
-        share = share + np.maximum(g / far, LEAST)
-        going = share < 1.0
-        if not going.any():
-            return False
-        share, X0, X1, far = share[going], X0[going], X1[going], far[going]
-    return True  # not shown to be clear

@@ -68,7 +68,7 @@ class Newton:
         if not self.problem.moves:
             return x
         d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
-        return self._moved(x, self._clear(x, d), 1.0)
+        return self._moved(x, self._clear(x, d, load - fraction, load), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
         """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
@@ -87,19 +87,39 @@ class Newton:
         """
         self._promised = None
         d = self._following(x, moved, load, False, to)
-        y = self._moved(x, self._clear(x, d), 1.0)
+        y = self._moved(x, self._clear(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
         if self.cellular:
             self._promised = self.mixing.promised(self.assembly, x, d)
         return y
 
-    def _clear(self, x: Floats, d: Floats) -> Floats:
-        """A motion d, or what of it leads to where nothing meets. Raises NotConverged where supports move so far."""
-        limit = self.assembly.limit(x, d)
-        if limit < 1.0 and np.any(d[self.problem.fixed]):
+    def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
+        """A motion d, or what of it leads to where nothing meets, as loads go on. Raises NotConverged where supports
+        move so far, or through a rigid body."""
+        limit, moves = self.assembly.limit(x, d), bool(np.any(d[self.problem.fixed]))
+        if moves and (limit < 1.0 or self._through(x, d, load, to)):
             raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
         return d if limit == 1.0 else limit * d
+
+    def _through(self, x: Floats, d: Floats, load: float, to: float) -> bool:
+        """Whether a motion d leads through rigid bodies, which go from where they are at one load to another."""
+        if not self.problem.beside:
+            return False
+        from softmark.solvers.contact.through import place, through
+
+        driven: list[Any] = [e for e in self.assembly.loads if e.driven]
+        return any(through(place(e.at(load), x), place(e.at(to), x + d)) for e in driven)
+
+    def _front(self, x: Floats, d: Floats, load: float) -> float:
+        """The part of a motion d, at most 1, before surfaces meet, and through no rigid body."""
+        part = self.assembly.limit(x, d)
+        if not self.problem.beside:
+            return part
+        from softmark.solvers.contact.through import in_front
+
+        known: list[Any] = list(self.assembly.loads)
+        return part * in_front([e.at(load) for e in known if e.driven], x, part * d)
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
         """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
@@ -141,7 +161,7 @@ class Newton:
             self._aim(residual)
             d = self._direction(x, g, self._factor(x, load, projected=False))
             self._judge(x, g, d)
-            x, length = self._inside(x, d)
+            x, length = self._inside(x, d, load)
             self._record(load, number, residual, length)
             if length < least:
                 break
@@ -181,8 +201,8 @@ class Newton:
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
-    def _inside(self, x: Floats, d: Floats) -> tuple[Floats, float]:
-        length = self.assembly.limit(x, d)
+    def _inside(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
+        length = self._front(x, d, load)
         while length > 1e-3:
             y = self._part(x, d, length)
             if np.isfinite(self.strain(y)):
@@ -304,7 +324,7 @@ class Newton:
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
         """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
-        length = self.assembly.limit(x, d) if np.isfinite(slope) and slope < 0 else 0.0
+        length = self._front(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
             if merit(self._part(x, d, length), load) <= enough:
@@ -315,7 +335,8 @@ class Newton:
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
         """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
         length, value = 1.0, merit(self._part(x, d, 1.0), load)
-        while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
+        most = 1e3 * self._front(x, 1e3 * d, load)
+        while 2.0 * length <= most and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
             length, value = 2.0 * length, there
         return length
 
