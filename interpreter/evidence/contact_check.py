@@ -21,6 +21,7 @@ from softmark.interpreter.models.shared.contacting import barrier_of, inner_step
 from softmark.solvers.checks import cuts, solids, touching
 from softmark.solvers.checks.rubbing import taken
 from softmark.solvers.checks.solids import EPS, Floats, Ints
+from softmark.solvers.contact.gaps import gap_of
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 ROUND = 1e-9  # of a shape function: what is less is nothing
 CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
 MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
+SURROUNDED = 1.0  # of the solid angle that a closed surface fills, 0 from outside: pi / 2 from a corner between mirrors
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -71,6 +73,11 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         found[touch.name] = own
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+        if _swallowed(case, touch, mesh, u):
+            reason = (
+                f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept clear"
+            )
+            reason += " of it: take cells that are smaller than it"
         if deep > MISSED * mesh.mesh.extent:
             reason = (
                 f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
@@ -90,6 +97,19 @@ def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
     nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
     x = _flat(case, mesh.points + u)[nodes]
     return max(0.0, -float(_asked(_where(touch), x)[0].min(initial=0.0)))
+
+
+def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
+    """Whether the middle of a rigid body that has one lies in the body: no node and no facet is behind it then."""
+    shape, facets = touch.rigid.thing.shape, np.asarray(mesh.mesh.facets)
+    middle = gap_of(shape).centroid
+    if case.planar or case.depth or middle is None:
+        return False
+    if _asked(_distance(shape), np.array([middle]))[0][0] >= 0.0:  # in a hollow of it
+        return False
+    triangles = (mesh.points + u)[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
+    angle = touching.solid_angle(taken(np.array([middle]), *motion(touch)), triangles)
+    return bool(abs(angle[0]) > SURROUNDED)
 
 
 def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:

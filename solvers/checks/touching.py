@@ -149,7 +149,7 @@ def enclosed(points: Floats, triangles: Ints) -> Distance:
         for at in range(0, len(x), step):
             some = x[at : at + step]
             off, far = _nearest(some, X)
-            sign = np.where(np.abs(_angle(some, X)) > 2.0 * np.pi, -1.0, 1.0)
+            sign = np.where(np.abs(solid_angle(some, X)) > 2.0 * np.pi, -1.0, 1.0)
             g[at : at + step] = sign * far
             n[at : at + step] = sign[:, None] * off / np.maximum(far, LEAST)[:, None]
         return g, n
@@ -182,7 +182,7 @@ def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
     return best, np.sqrt(far)
 
 
-def _angle(x: Floats, X: Floats) -> Floats:
+def solid_angle(x: Floats, X: Floats) -> Floats:
     """The solid angle that a closed surface fills seen from points (n,): 4 pi from within."""
     a, b, c = (X[None, :, i] - x[:, None] for i in range(3))
     p, q, r = (np.sqrt((v**2).sum(axis=2)) for v in (a, b, c))

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.passing import passed
 from softmark.solvers.energies.energy import Energy, Floats, Wandering
 from softmark.solvers.energies.ground import Ground
 from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
@@ -24,8 +23,7 @@ FAR = 2.0  # times that: a weakened spring may let a body go so far at most, les
 WEAKER = 100.0  # times, from place to place, as long as it bears less and less
 GONE = 1e-10  # of the forces on the body: what it may bear in the end
 STUCK = 30  # places at which it bears no less than at the one before
-HARDER, HARDEST = 10.0, 1e3  # times, for a place from which it went through something; at most, of the first spring
-MOST = 90  # places, and what was tried from one in vain
+MOST = 60  # places
 NOTHING = 1e-6  # of what the weakest spring bears when it is stretched by the size of the body: no force
 FALLS = 0.5  # of the forces that it bears: nothing else does yet
 FREE = 0.99  # of the forces: nothing else bears anything
@@ -49,11 +47,6 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
         if ground.spring < first and ground.carried(found.x) > FAR * REACH * problem.extent:
             ground = replace(ground, spring=first)  # what held it lets go: from the same place again, less far
             continue
-        if deep := _through(problem, ground.place, found.x):
-            if ground.spring > HARDEST * first:
-                raise NotConverged(f"it falls through a rigid body, by {1e3 * deep:.3g} mm in one step", history)
-            ground = replace(ground, spring=HARDER * ground.spring)
-            continue
         borne = _borne(problem.assembly, ground, found.x, least)
         if borne <= GONE:
             facts = {"bears": borne, "places": number + 1}
@@ -61,10 +54,10 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
         if problem.rubs and borne > FALLS:
             raise NotConverged("it falls on what it rubs on, and friction would count the way there as slip", history)
         less = borne < 0.5 * before
-        stuck, before = (0 if less else stuck + 1), borne
+        stuck, before = (0 if less else stuck + 1), (borne if less else max(before, borne))
         if stuck > STUCK:
             break
-        spring = max(weakest, ground.spring / WEAKER) if less else min(first, ground.spring)
+        spring = max(weakest, ground.spring / WEAKER) if less else ground.spring
         ground = replace(ground, spring=spring, place=found.x)
         problem = replace(problem, start=found.x, assembly=_arrived(problem.assembly))
     raise NotConverged(_why(problem, ground, found.x, before), history)
@@ -87,12 +80,6 @@ def _borne(assembly: Assembly, ground: Ground, x: Floats, least: float) -> float
         energy.add_gradient(x, f, scale)
     own, whole = (float(np.linalg.norm(each, axis=1).sum()) for each in (ground.forces(x), f[ground.stencils]))
     return own / max(whole, least)
-
-
-def _through(problem: Statics, before: Floats, x: Floats) -> float:
-    """How deep, m, it was in a rigid body that it has gone through from a place to the next; or 0."""
-    known: list[Any] = [e for e in problem.assembly.loads if e.driven]
-    return max((passed(e.at(1.0), before, x, falling=True) for e in known), default=0.0)
 
 
 def _on(problem: Statics, ground: Ground) -> Statics:
