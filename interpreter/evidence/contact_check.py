@@ -74,10 +74,8 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
         if _swallowed(case, touch, mesh, u):
-            reason = (
-                f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept clear"
-            )
-            reason += " of it: take cells that are smaller than it"
+            reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
+            reason += "clear of it: take cells that are smaller than it"
         if deep > MISSED * mesh.mesh.extent:
             reason = (
                 f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
@@ -102,8 +100,9 @@ def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
 def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
     """Whether the middle of a rigid body that has one lies in the body: no node and no facet is behind it then."""
     shape, facets = touch.rigid.thing.shape, np.asarray(mesh.mesh.facets)
-    middle = gap_of(shape).centroid
-    if case.planar or case.depth or middle is None:
+    gap = gap_of(shape)
+    middle = None if gap is None or case.planar or case.depth else gap.centroid
+    if middle is None:
         return False
     if _asked(_distance(shape), np.array([middle]))[0][0] >= 0.0:  # in a hollow of it
         return False

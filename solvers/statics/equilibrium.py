@@ -48,6 +48,7 @@ HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits 
 SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
 AWAY = 1e-9  # of the extent of a body: supports of a given state that are farther off carry it with them
 SHORTEST, LONGEST = 1e-3, 0.05  # parts of the way of supports from a given state: given up below; no more asked for
+WASTED = 2000  # iterations in vain, of what may touch: a twentieth of them is what one that comes to something takes
 BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
 
 
@@ -258,9 +259,9 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 
 def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     newton = Newton(problem, history, systems, "careful")
-    x, load, step, steps = problem.rest, 0.0, problem.longest, 0
+    x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, 0
     while load < 1.0:
-        target = min(1.0, load + step)
+        target, before = min(1.0, load + step), len(history)
         try:
             begun = newton.impose(x, target - load, target)
             there = _down(newton, begun, target)
@@ -273,8 +274,8 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Eq
             x, load, steps = there, target, steps + 1
             step = min(2.0 * step, problem.longest)
         except NotConverged as failure:
-            step = 0.5 * (target - load)
-            if step < 1e-3 * problem.longest:
+            step, wasted = 0.5 * (target - load), wasted + len(history) - before
+            if step < 1e-3 * problem.longest or (problem.touches and wasted > WASTED):
                 reached = f"the load could be raised to {100 * load:.4g} % only: {failure.reason}"
                 raise NotConverged(
                     f"{reached}{_why(problem, history, x, load)}", tuple(history), systems.facts

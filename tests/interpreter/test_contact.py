@@ -67,6 +67,50 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
     assert soft.metrics["push"].value == pytest.approx(right, rel=5e-3)
 
 
+@pytest.mark.parametrize(("radius", "by"), [(0.5, 5.0), (0.3, 2.0), (1.0, 2.4)])
+def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: float) -> None:
+    """Between the points of cells that are far larger: nothing pressed on it there, no node and no facet is behind it."""
+    text = f"""softmark 1
+    material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+    body     block = solid(box(size = (20, 20, 20) mm), gel)
+    body     ball  = rigid(sphere(radius = {radius} mm, origin = (5.3, 4.7, {20.2 + radius}) mm))
+    support  floor = fixed(block, where = z <= 0 mm)
+    support  hand  = displaced(ball, by = (0, 0, -{by}) mm)
+    contact  touch = between(ball, block)
+    model    cubes = fem(hex8, size = 10 mm, strain = finite)
+    metric   push  = force(touch, along = -z)
+    """
+    found = loads(text).run().models["cubes"]
+    assert found.status in ("failed", "not_converged") or float(found.metrics["push"].value) > 0.0
+    if found.status == "failed":
+        assert "`ball` is inside `block`: it went in between the points" in str(found.message)
+
+
+def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
+    """Whole steps led past it, to where it hung below with no force on it: from 5 mm to a hundredth of that in thickness.
+
+    It lies on the edge at a = 80 mm, d = 10 mm lower: R = w (6 L^2 - 4 L a + a^2) / (8 a) - 3 E I d / a^3 (Timoshenko,
+    superposed), 12.9 mN. 5 %: one cell across, and what shear and the slope do.
+    """
+    w, a, EI = 9.81 * 1000.0 * 25e-6, 0.08, 100e3 * 0.005**4 / 12.0
+    told = w * (6.0 * 0.1**2 - 4.0 * 0.1 * a + a**2) / (8.0 * a) - 3.0 * EI * 0.01 / a**3
+    carried = []
+    for thick in (5.0, 0.5, 0.05):
+        text = f"""softmark 1
+        material gel   = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m^3)
+        body     beam  = solid(box(size = (100, 5, 5) mm), gel)
+        body     shelf = rigid(box(size = (30, 200, {thick}) mm, origin = (80, -100, {-thick - 10.0}) mm))
+        support  wall  = fixed(beam, where = x <= 0 mm)
+        contact  below = between(shelf, beam)
+        load     sag   = gravity(9.81 m/s^2, direction = -z)
+        model    cubes = fem(hex8, size = 5 mm, strain = finite)
+        metric   rest  = force(below, along = +z)
+        """
+        carried.append(loads(text).run().models["cubes"].metrics["rest"].value)
+    assert carried == pytest.approx([told] * 3, rel=0.05)
+    assert carried[1:] == pytest.approx(carried[:1] * 2, rel=1e-6)
+
+
 def test_a_part_of_the_surface_that_nothing_keeps_clear_is_looked_at_too() -> None:
     """A contact of the side alone: the sphere goes into the top, and nothing would press on it."""
     text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE).replace(
