@@ -89,8 +89,8 @@ def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: fl
 def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
     """Whole steps led past it, to where it hung below with no force on it: from 5 mm to a hundredth of that in thickness.
 
-    It lies on the edge at a = 80 mm, d = 10 mm lower: R = w (6 L^2 - 4 L a + a^2) / (8 a) - 3 E I d / a^3 (Timoshenko,
-    superposed), 12.9 mN. 5 %: one cell across, and what shear and the slope do.
+    It lies on the edge at a = 80 mm, d = 10 mm lower: R = w (6 L^2 - 4 L a + a^2) / (8 a) - 3 E I d / a^3, 12.9 mN
+    (Timoshenko, superposed). 5 %: one cell across, and what shear and the slope do.
     """
     w, a, EI = 9.81 * 1000.0 * 25e-6, 0.08, 100e3 * 0.005**4 / 12.0
     told = w * (6.0 * 0.1**2 - 4.0 * 0.1 * a + a**2) / (8.0 * a) - 3.0 * EI * 0.01 / a**3
