@@ -69,7 +69,7 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.parametrize(("radius", "by"), [(0.5, 5.0), (0.3, 2.0), (1.0, 2.4)])
 def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: float) -> None:
-    """Between the points of cells that are far larger: nothing pressed on it there, no node and no facet is behind it."""
+    """Between the points of cells that are far larger: nothing pressed on it there, nothing is behind it."""
     text = f"""softmark 1
     material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
     body     block = solid(box(size = (20, 20, 20) mm), gel)
@@ -87,7 +87,7 @@ def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: fl
 
 
 def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
-    """Whole steps led past it, to where it hung below with no force on it: from 5 mm to a hundredth of that in thickness.
+    """Whole steps led past it, to where it hung below with no force on it: of 5 mm to 0.05 mm.
 
     It lies on the edge at a = 80 mm, d = 10 mm lower: R = w (6 L^2 - 4 L a + a^2) / (8 a) - 3 E I d / a^3, 12.9 mN
     (Timoshenko, superposed). 5 %: one cell across, and what shear and the slope do.
