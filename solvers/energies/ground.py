@@ -42,10 +42,6 @@ class Ground(Energy):
         found: Floats = self.spring * self.shares[:, None] * (x - self.place)[self.stencils]
         return found
 
-    def carried(self, x: Floats) -> float:
-        """How far nodes are from their places, m: the square root of the mean of squares, by their shares."""
-        return float(np.sqrt(self.shares @ np.sum((x - self.place)[self.stencils] ** 2, axis=1)))
-
     def value(self, x: Floats) -> float:
         """What it stores, J."""
         return 0.5 * float(np.vdot((x - self.place)[self.stencils], self.forces(x)))

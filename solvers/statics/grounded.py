@@ -19,7 +19,6 @@ from softmark.solvers.energies.ground import Ground
 from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
 
 REACH = 0.1  # of its size: how far loads take a free body at a time
-FAR = 2.0  # times that: a weakened spring may let a body go so far at most, lest it passes what would stop it
 WEAKER = 100.0  # times, from place to place, as long as it bears less and less
 GONE = 1e-10  # of the forces on the body: what it may bear in the end
 STUCK = 30  # places at which it bears no less than at the one before
@@ -39,14 +38,11 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
     known: Any = problem.assembly.internal[-1]
     ground: Ground = replace(known, place=problem.rest if problem.start is None else problem.start)
     weakest, history, before, stuck = ground.spring, tuple[Iteration, ...](), 1.0, 0
-    least, first = NOTHING * weakest * problem.extent, max(weakest, _pull(problem) / (REACH * problem.extent))
-    ground = replace(ground, spring=first)
+    least = NOTHING * weakest * problem.extent
+    ground = replace(ground, spring=max(weakest, _pull(problem) / (REACH * problem.extent)))
     for number in range(MOST):
         found = find(replace(_on(problem, ground), tolerance=CLOSER * problem.tolerance))
         history += found.history
-        if ground.spring < first and ground.carried(found.x) > FAR * REACH * problem.extent:
-            ground = replace(ground, spring=first)  # what held it lets go: from the same place again, less far
-            continue
         borne = _borne(problem.assembly, ground, found.x, least)
         if borne <= GONE:
             facts = {"bears": borne, "places": number + 1}
@@ -54,7 +50,7 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
         if problem.rubs and borne > FALLS:
             raise NotConverged("it falls on what it rubs on, and friction would count the way there as slip", history)
         less = borne < 0.5 * before
-        stuck, before = (0 if less else stuck + 1), (borne if less else max(before, borne))
+        stuck, before = (0 if less else stuck + 1), borne
         if stuck > STUCK:
             break
         spring = max(weakest, ground.spring / WEAKER) if less else ground.spring
