@@ -67,13 +67,14 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
             own |= _seen(case, touch, mesh, u)
             idle = own["least_gap"] > barrier_of(case, touch, mesh.mesh).distance
             deep = _missed(case, touch, mesh, u) if idle else 0.0
+            swallowed = _swallowed(case, touch, mesh, u)
         except Unchecked as unknown:
             found[touch.name] = own | {"reason": str(unknown)}
             continue
         found[touch.name] = own
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
-        if _swallowed(case, touch, mesh, u):
+        if swallowed:
             reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
             reason += "clear of it: take cells that are smaller than it"
         if deep > MISSED * mesh.mesh.extent:

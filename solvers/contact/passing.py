@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.solvers.contact.gaps.gap import inside
-from softmark.solvers.contact.pose import Pose, Posed
+from softmark.solvers.contact.pose import Pose, Posed, declared
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.energy import Floats
 
@@ -25,7 +25,7 @@ def passed(contact: Touching, before: Floats, x: Floats) -> float:
     """
     now = contact.at(1.0)
     start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
-    own = now.body.own if isinstance(now.body, Posed) else now.body
+    own = declared(now.body)
     on = now.pressures(x) > 0.0
     pressed = bool(on.any())
     on = on if pressed else np.ones_like(on)

@@ -84,3 +84,8 @@ class Posed:
         g, n, H = self.own.look(self.pose.back(X))
         Q = self.pose.turn
         return (g, n, H) if Q is None else (g, n @ Q.T, Q @ H @ Q.T)
+
+
+def declared(body: Gap) -> Gap:
+    """The rigid body where it was declared, wherever it is."""
+    return body.own if isinstance(body, Posed) else body

@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.gaps.gap import Gap, inside
-from softmark.solvers.contact.pose import Posed
+from softmark.solvers.contact.pose import Posed, declared
 from softmark.solvers.contact.touching import Touching
 from softmark.solvers.energies.energy import Floats
 
@@ -52,11 +52,7 @@ def _may(contact: Touching, x: Floats, d: Floats) -> bool:
     """Whether a motion is long enough to lead through, and there is another side."""
     way = contact.places(x + d) - contact.places(x)
     far = float(np.sqrt(np.einsum("ni,ni->n", way, way).max(initial=0.0)))
-    return far > contact.barrier.distance and inside(_own(contact.body)) < np.inf
-
-
-def _own(body: Gap) -> Gap:
-    return body.own if isinstance(body, Posed) else body
+    return far > contact.barrier.distance and inside(declared(contact.body)) < np.inf
 
 
 def through(start: Place, end: Place) -> bool:

@@ -96,8 +96,9 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
             unstable = failure.unstable if unstable is None else unstable
     if unstable is not None and problem.grounded:
-        return _beside(problem, history, systems, unstable)
-    found = _careful(problem, history, systems)
+        found = _beside(problem, history, systems, unstable)
+    else:
+        found = _careful(problem, history, systems)
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
 

@@ -108,8 +108,8 @@ class Newton:
             return False
         from softmark.solvers.contact.through import place, through
 
-        driven: list[Any] = [e for e in self.assembly.loads if e.driven]
-        return any(through(place(e.at(load), x), place(e.at(to), x + d)) for e in driven)
+        each = zip(self._driven(load), self._driven(to), strict=True)
+        return any(through(place(here, x), place(there, x + d)) for here, there in each)
 
     def _front(self, x: Floats, d: Floats, load: float) -> float:
         """The part of a motion d, at most 1, before surfaces meet, and through no rigid body."""
@@ -118,8 +118,12 @@ class Newton:
             return part
         from softmark.solvers.contact.through import in_front
 
+        return part * in_front(self._driven(load), x, part * d)
+
+    def _driven(self, load: float) -> list[Any]:
+        """Contacts with rigid bodies where these are at a load."""
         known: list[Any] = list(self.assembly.loads)
-        return part * in_front([e.at(load) for e in known if e.driven], x, part * d)
+        return [energy.at(load) for energy in known if energy.driven]
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
         """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
@@ -335,8 +339,9 @@ class Newton:
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
         """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
         length, value = 1.0, merit(self._part(x, d, 1.0), load)
-        most = 1e3 * self._front(x, 1e3 * d, load)
-        while 2.0 * length <= most and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
+        while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
+            if self._front(x, 2.0 * length * d, load) < 1.0:
+                break
             length, value = 2.0 * length, there
         return length
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
@@ -17,8 +15,7 @@ from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.points import ProbePoints, throughout
 from softmark.solvers.mesh.shapes import MeshFile
 
-USUALLY = 0.9  # of the points of a table are as near to the next one, or nearer
-HOLE = 3.0  # times that distance: farther from the next point some seem to be missing
+HOLE = 3.0  # times the usual distance: farther from the next point some seem to be missing
 SAME = 1e-4  # of the extent: a row that is so near to a node is the node's, by its digits
 MOST = 0.5  # of the nodes of a body have rows: the table is one of its nodes
 WRITE = "there displacements are taken for linear: write all points, or a file with cells"
@@ -32,15 +29,11 @@ def lacking(
     body, and is looked at where its points lie."""
     if not found.spans or len(found.X) < 2:
         return {"between": 0.0, "usual": 0.0, "lacks": None}, ()
-    from scipy.spatial import cKDTree
-
-    rows, ways = cKDTree(found.X[:, : found.ways]), found.ways
-    usual = float(np.quantile(rows.query(rows.data, k=2)[0][:, 1], USUALLY))
-    hole = float(rows.query(throughout(case, place)[:, :ways])[0].max(initial=0.0))
+    hole, usual = float(found.apart(throughout(case, place)).max(initial=0.0)), found.usual
     file = Path(declared.thing.path).name
     told = {"between": hole, "usual": usual, "lacks": None}
     if isinstance(shape := located(case.shape, case.shaped), MeshFile):
-        off = rows.query(shape.points())[0]
+        off = found.apart(shape.points())
         none = off > SAME * found.extent
         told["lacks"] = int(none.sum())
         if 0.0 < none.mean() <= 1.0 - MOST:

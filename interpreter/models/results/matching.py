@@ -18,6 +18,7 @@ from softmark.solvers.mesh.mesh import Mesh
 Floats = NDArray[np.float64]
 
 POSITION = "position"
+USUALLY = 0.9  # of the points of a table are as near to the next one, or nearer
 USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
 # what vectors are that are no displacements, by how their names begin, in small letters
 OTHERS = (
@@ -101,6 +102,16 @@ class Matched:
         share[within] = np.column_stack([first, 1.0 - first.sum(axis=1)])
         outside[within] = 0.0
         return which, share, outside
+
+    def apart(self, X: Floats) -> Floats:
+        """How far points X (k, 3), m, are from the next of its own (k,), m."""
+        found: Floats = self._tree.query(self._level(X))[0]
+        return found
+
+    @property
+    def usual(self) -> float:
+        """What most of its own points are from each other, m."""
+        return float(np.quantile(self._tree.query(self.X, k=2)[0][:, 1], USUALLY))
 
     @property
     def ways(self) -> int:
