@@ -50,7 +50,11 @@ def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
     """Half of the facets that the border is in, in the unit of an area; nothing where these are not known."""
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
-    return WITHIN * field.pressing.border / touch.area * seen.size if touch and field and touch.area > 0.0 else 0.0
+    return (
+        WITHIN * field.pressing.border / field.sides / touch.area * seen.size
+        if touch and field and touch.area > 0.0
+        else 0.0
+    )
 
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
@@ -63,7 +67,7 @@ def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
         return {}
     beds: Any = getattr(whole.prepared, "beds", {})
     moving = isinstance(whole.case.analysis, Dynamic)  # nothing else is told of them there
-    return {"gap": partial(_left, {name: beds[name].distance for name in own if moving or not beds[name].rubs})}
+    return {"gap": partial(_left, {name: beds[name].distance for name in own if moving})}
 
 
 def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
@@ -118,7 +122,7 @@ def beyond(touch: Touch) -> float | None:
     field: Any = touch.field
     if field is None or not touch.area * touch.pressure > 0.0:
         return None
-    found = abs(float(field.pressing.f.sum())) / (touch.area * touch.pressure)
+    found = abs(float(field.pressing.f.sum())) / (field.sides * touch.area * touch.pressure)
     return found if found > ROUNDED else None
 
 

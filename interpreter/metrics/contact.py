@@ -22,6 +22,7 @@ class OfContact(OfForces):
     """One of a contact."""
 
     of_surface = True
+    numbers: ClassVar[tuple[str, ...]] = ("pressure",)  # of a contact, by which shapes that it is asked of are coloured
 
     if TYPE_CHECKING:
         of: str
@@ -47,11 +48,12 @@ class OfContact(OfForces):
 
 @dataclass(frozen=True)
 class ContactArea(OfContact):
-    """Area of a body's surface on which a rigid body presses, as it is deformed (of small strain, undeformed).
+    """Area of a body's surface on which something presses, as it is deformed (of small strain, undeformed).
 
-    It ends between a node that touches and one that does not, where pressure and gap say; in a coarse mesh it is the
-    least sure of what is told of a contact, and it has no limit where contact opens and closes with the mesh. Against
-    another model or a theory it is the difference relative to that one's.
+    Of `itself` it is half of that of both surfaces. It ends between a node that touches and one that does not, where
+    pressure and gap say; in a coarse mesh it is the least sure of what is told of a contact, and it has no limit where
+    contact opens and closes with the mesh. Against another model or a theory it is the difference relative to that
+    one's.
 
     In a motion a report has besides largest_in_time_m2 and when that is, largest_at_s.
     """
@@ -72,7 +74,7 @@ class ContactArea(OfContact):
 
 @dataclass(frozen=True)
 class ContactPressure(OfContact):
-    """Pressure of a rigid body on the surface of a body: the largest, or that at a place on the surface.
+    """Pressure of a contact on the surface of a body: the largest, or that at a place on the surface.
 
     Force per area as it is deformed (of small strain, undeformed), from the forces at nodes: the field, linear or
     bilinear on facets, that comes to the same forces. It has no limit at the edge of a sharp punch, where it grows with
@@ -117,7 +119,7 @@ class ContactGap(OfContact):
     """Least distance between the points of a body's surface that keep clear and a rigid body: never zero or less.
 
     They are its nodes, the middle of facets of eight nodes, in space points inside facets longer than the rigid body
-    is sharp, and points that have joined them where facets cut in.
+    is sharp, and points that have joined them where facets cut in. Of `itself` it is that between its flat faces.
 
     Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
     property of the bodies, but a part of the stated error of all else.
@@ -134,6 +136,7 @@ class ContactGap(OfContact):
     against: Annotated[str | None, "reference or model", "what is taken as right"] = None
     natural: ClassVar[str] = "m"
     extreme: ClassVar[str] = "least"
+    numbers: ClassVar[tuple[str, ...]] = ()
 
     def amount(self, rest: AtRest) -> Floats:
         """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""

@@ -22,7 +22,7 @@ else:
 
 @dataclass(frozen=True)
 class PressureAlong(OfContact):
-    """Pressure of a rigid body on the surface of a body at the points of a probe: a curve along a line, and its top.
+    """Pressure of a contact on the surface of a body at the points of a probe: a curve along a line, and its top.
 
     Its value is the largest at these points; a report draws it along a line. It is that of `contact_pressure`, force
     per area as it is deformed (of small strain, undeformed), at points of the surface by their places before

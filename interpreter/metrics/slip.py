@@ -21,6 +21,8 @@ else:
 class OfFriction(OfContact):
     """One of a contact with friction."""
 
+    numbers: ClassVar[tuple[str, ...]] = ("slip", "sticks")
+
     def friction(self, rest: AtRest) -> Friction:
         """What friction makes of it. Raises Undefined."""
         found = self.touch(rest).rubbing

@@ -97,11 +97,11 @@ class ProbeResult:
 
 @dataclass(frozen=True)
 class CarriedNumber:
-    """A number of the stress or strain of a model that metrics of the scene ask for, at the points of its surface.
+    """A number of the stress, strain or contact of a model that metrics of a scene ask for, at points of its surface.
 
     `values` (n,) in `unit`, of the last moment; None with the `reason` where the model has none. `size` is what tensors
     of the body come to, `apart` the share of the points around which cells do not agree (W387), `limitless` what of the
-    surface has no limit (W388).
+    surface has no limit (W388). It is known `partly` where it is nothing on all of the surface but a part.
     """
 
     words: str  # `stress xx, cauchy`
@@ -112,6 +112,7 @@ class CarriedNumber:
     size: float = 0.0
     apart: float = 0.0
     limitless: str | None = None
+    partly: bool = False
 
 
 @dataclass(frozen=True)

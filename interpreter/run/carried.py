@@ -20,12 +20,9 @@ from softmark.interpreter.run.answers import Work
 if TYPE_CHECKING:
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
-MOST = 6  # numbers of one body: each is in the page for every point of every model
-FULL = f"a page has room for {MOST} numbers"
-
 
 def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
-    """What metrics of the body of a model ask for, at points X (n, 3) of its surface: the first MOST have values."""
+    """What metrics of the body of a model ask for, at points X (n, 3) of its surface."""
     asked = _asked(work, view.body)
     if not asked:
         return ()
@@ -36,7 +33,7 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
         return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
     found, mesh = [], work.prepared[view.name][0].mesh
     edge = limitless(replace(asked[0][0].thing, over="largest"), view.case, mesh, X)  # of all numbers of stress alike
-    for metrics in asked[:MOST]:
+    for metrics in asked:
         values = metrics[0].thing.values(tensors)
         if np.all(np.isfinite(values)):
             size = metrics[0].thing.usual(field)
@@ -44,7 +41,7 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
             found.append(replace(_number(metrics, values, None), size=size, apart=apart, limitless=edge))
         else:
             found.append(_number(metrics, None, "the state is so deformed that it has no number in every point"))
-    return *found, *(_number(metrics, None, FULL) for metrics in asked[MOST:])
+    return tuple(found)
 
 
 def _asked(work: Work, body: str) -> list[list[Declared]]:

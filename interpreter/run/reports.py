@@ -15,6 +15,7 @@ from softmark.interpreter.metrics.measure import metrics_of
 from softmark.interpreter.problem.points import drawn, surface_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import (
+    CarriedNumber,
     ModelResult,
     ReferenceResult,
     Report,
@@ -29,6 +30,9 @@ from softmark.interpreter.run.names import names_of
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
+
+MOST = 6  # numbers of one body: each is in the page for every point of every model
+FULL = f"a page has room for {MOST} numbers"
 
 
 def unfinished(works: Sequence[Work]) -> Report:
@@ -59,7 +63,8 @@ def finished(works: Sequence[Work]) -> Report:
 def _measure(work: Work, partial: bool, coloured: bool = False, only: str = "") -> None:
     """Metrics and shapes of what is there; in an unfinished report, of what is new since the last.
 
-    Where the scene asks for stress, shapes may be `coloured` by it: a page shows that of the last state alone.
+    Where the scene asks for stress, or what a contact does, shapes may be `coloured` by it: a page shows that of the
+    last state alone.
     """
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
@@ -71,7 +76,7 @@ def _measure(work: Work, partial: bool, coloured: bool = False, only: str = "") 
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             if shape is not None and work.views[name].case.contacts:
                 shape = _beside(work.views[name], shape)
-            if coloured and shape is not None and kept is work.models and asks(work.scene):
+            if coloured and shape is not None and kept is work.models:
                 shape = _coloured(work, name, shape)
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 
@@ -105,11 +110,23 @@ def _beside(view: View, shape: SeenSurface) -> SeenSurface:
 
 
 def _coloured(work: Work, name: str, shape: SeenSurface) -> SeenSurface:
-    """The surface of a model with what the scene asks of its stress."""
-    from softmark.interpreter.run.carried import carried
+    """The surface of a model with what the scene asks of its stress, and of its contacts."""
+    view, found = work.views[name], list[CarriedNumber]()
+    X = work.surfaces[view.body].X
+    if asks(work.scene):
+        from softmark.interpreter.run.carried import carried
 
-    view = work.views[name]
-    return replace(shape, carried=carried(work, view, work.surfaces[view.body].X))
+        found += carried(work, view, X)
+    if view.case.contacts or view.case.pairs:
+        from softmark.interpreter.run.contact_colours import colours_of_contacts
+
+        found += colours_of_contacts(work.scene, view, X)
+    return replace(shape, carried=_in_room(found)) if found else shape
+
+
+def _in_room(found: Sequence[CarriedNumber]) -> tuple[CarriedNumber, ...]:
+    """The first MOST of them with values: each is in a page for every point of every model."""
+    return *found[:MOST], *(replace(n, values=None, reason=n.reason or FULL) for n in found[MOST:])
 
 
 def _drawn(work: Work, view: View) -> np.ndarray:

@@ -20,6 +20,7 @@ Bools = NDArray[np.bool_]
 PRESSED = 1e-6  # of the largest force per area: what is less is no contact
 POINTS = 4  # squared: of Gauss, for linear shape functions on facets that are not flat
 LEAST = 1e-200  # Pa^2: a pressure that is none
+FACING = 0.5  # a cosine: a facet that leans more than that from those beside it which are pressed takes nothing of it
 NEWTON = 12  # iterations for the border on a side, which is a cubic with one root
 
 
@@ -33,6 +34,9 @@ class Pressing:
     it is a mean around the corner: never negative, of second order, and it comes to the same force. (A consistent mass
     matrix would undo the mean, and make more of what a coarse mesh has wrong.) Pressures are per area at `x`; with the
     `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
+
+    Where a surface has an edge, facets around the corner take nothing of what presses on a node of it: around a node of
+    facets that touch all over these tell which way it is pressed.
 
     Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses
     on them is told of all together.
@@ -78,7 +82,7 @@ class Pressing:
 
     @cached_property
     def _weights(self) -> Floats:
-        """Integrals of the linear shape function of each corner over each facet (k, c), m^2."""
+        """Integrals of linear shape functions of corners over facets (k, c), m^2, that take what presses there."""
         xi, w = moments.fine(self._facet.corners, POINTS)
         X, N = self.x[self.corners], self.plain.shape(xi)
         t = np.einsum("qaj,kai->jkqi", self.plain.gradient(xi), X)
@@ -87,7 +91,27 @@ class Pressing:
             from softmark.solvers.energies.revolved import around
 
             dA = dA * around(np.abs(X[:, :, 0]) @ N.T, self.depth)
-        found: Floats = dA @ N
+        found: Floats = (dA @ N) * self._taking
+        return found
+
+    @cached_property
+    def _taking(self) -> Bools:
+        """Whether each facet takes what presses on each of its corners (k, c)."""
+        c = self.x[self.corners]
+        n = np.cross(c[:, 1] - c[:, 0], c[:, -1] - c[:, 0])  # of a quadrilateral that of its first corner is enough
+        whole: Bools = np.asarray(self.touching[self.facets].all(axis=1))
+        ways = np.zeros_like(self.x)
+        np.add.at(ways, self.corners[whole], n[whole, None])
+        leans = np.einsum("ki,kci->kc", n, ways[self.corners])
+        size = np.linalg.norm(n, axis=1)[:, None] * np.linalg.norm(ways, axis=1)[self.corners]
+        found: Bools = np.asarray(whole[:, None] | (size == 0.0) | (leans > FACING * size))
+        return found
+
+    @cached_property
+    def _triangles(self) -> Ints:
+        """Of facets that take some of what presses on them (t, 3)."""
+        some = (self._taking & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(axis=1)
+        found: Ints = self.facets[some][:, np.array(self._facet.triangles)].reshape(-1, 3)
         return found
 
     @cached_property
@@ -138,7 +162,7 @@ class Pressing:
         field with no intensity, Johnson 1985, "Contact mechanics", 5.1). So p at one node and g at the other tell k and
         the place of the border between them. Where contact ends at an edge it is off by less than a facet.
         """
-        triangles = self.facets[:, np.array(self._facet.triangles)].reshape(-1, 3)
+        triangles = self._triangles
         on = self.touching[triangles]
         own = self._areas(triangles)
         total = float(own[on.all(axis=1)].sum())
@@ -158,7 +182,7 @@ class Pressing:
     @cached_property
     def border(self) -> float:
         """The area of triangles of which a part is in contact, m^2: what the place of the border is known to."""
-        triangles = self.facets[:, np.array(self._facet.triangles)].reshape(-1, 3)
+        triangles = self._triangles
         on = self.touching[triangles]
         return float(self._areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
 

@@ -43,8 +43,8 @@ class Since:
 class Hold:
     """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d) of their surface.
 
-    `far` (m,), m, is their distance. Their ways along the surface (m d,), m, are `start` + `W` x of displacements x
-    (dofs,); W^T takes forces along the surface to nodes. `spring` (m,), N/m, holds each.
+    `far` (m,), m, is their distance from `faces` (m,). Their ways along the surface (m d,), m, are `start` + `W` x of
+    displacements x (dofs,); W^T takes forces along the surface to nodes. `spring` (m,), N/m, holds each.
     """
 
     which: Ints
@@ -54,6 +54,7 @@ class Hold:
     W: Any
     start: Floats
     spring: Floats
+    faces: Ints
 
     def way(self, x: Floats) -> Floats:
         """Of each sample since it last stuck, and in its spring, (m, d), m."""
@@ -139,7 +140,7 @@ class Sliding(Wandering):
         which = pairs[:, 0] - skin.corners
         W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
         spring = HALF * self.spring * skin.A[which]
-        return Hold(which, N[which], n[which], far, W, self._start(which, n[which], W), spring)
+        return Hold(which, N[which], n[which], far, W, self._start(which, n[which], W), spring, pairs[:, 1])
 
     def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
         """The part of ways (m d,), m, that is not of displacements: springs that are stretched, turned with normals."""

@@ -24,7 +24,7 @@ from softmark.interpreter.report.run.html import render
 from softmark.interpreter.report.view3d.carried import scale_over
 from softmark.interpreter.report.view3d.surfaces import thinned
 from softmark.interpreter.results.report import CarriedNumber, ModelResult, ReferenceResult, Report, SeenSurface
-from softmark.interpreter.run.carried import MOST
+from softmark.interpreter.run.reports import MOST
 
 NONE = "only finite elements and beams have a stress at every point"
 
@@ -216,7 +216,7 @@ def test_what_is_said(page: str) -> None:
     assert f"rod cannot be coloured: {NONE}." in said
     assert "At the edge of what wall holds stress has no limit (W388)" in said
     assert "Cells of a do not agree at 25 % of the points (W387)" in said
-    assert "Errors and stress are known at the end only" in said
+    assert "Errors and what shapes carry are known at the end only" in said
 
 
 def test_without_a_script_there_is_a_picture_and_its_colours(page: str) -> None:

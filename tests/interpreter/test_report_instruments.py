@@ -149,7 +149,7 @@ def test_only_pages_with_rigid_bodies_have_what_draws_them(ball: Report) -> None
     without = replace(ball, models={"hexes": replace(ball.models["hexes"], shape=replace(shape, instruments=()))})
     assert "instruments" not in render(without)
     page = render(ball)
-    assert "// with carried" not in page
+    assert "pressure of touch" in page  # which a metric asks for
     assert "<code>tool</code> is rigid, and drawn translucent, where it is in each state." in page
     found = re.search(r'<script type="application/json">(.*?)</script>', page, re.S)
     assert found is not None

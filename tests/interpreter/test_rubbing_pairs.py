@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import meshio
 import numpy as np
 import pytest
 
 from softmark import loads
+from softmark.interpreter.results.vtk import write_vtu
 from softmark.interpreter.run import pipeline
 
 pytest.importorskip("ipctk")
@@ -62,6 +66,24 @@ def test_a_block_that_is_dragged_over_another_slides_under_mu_n() -> None:
 
 
 @pytest.mark.slow
+def test_what_sticks_and_slides_goes_into_files_and_colours(tmp_path: Path) -> None:
+    """Of a block that is dragged over another: where it slides, it has slid as far as is told of all points at most."""
+    report = loads(SCENE.replace("CONTACT", RUBS) + RUBBED + "metric most = contact_pressure(rub)\n").run()
+    own = report.models["quads"]
+    fields = own.contacts["rub"].touch.field.at_nodes
+    assert set(fields) == {"pressure", "gap", "slip", "sticks"}
+    assert set(fields["sticks"]) == {-1.0, 0.0}
+    assert set(fields["sticks"][fields["pressure"] > 0.2 * fields["pressure"].max()]) == {-1.0}
+    assert 0.9 * own.metrics["way"].value < fields["slip"].max() <= 1.001 * own.metrics["way"].value
+    assert own.shape is not None
+    assert [n.words.split()[0] for n in own.shape.carried] == ["slip", "grip", "pressure"]
+    assert all(n.values is not None and len(n.values) == len(own.shape.position) for n in own.shape.carried)
+    write_vtu(report, tmp_path)
+    written = meshio.read(tmp_path / "vtu" / "quads-0002.vtu").point_data
+    assert {"rub_pressure", "rub_gap", "rub_slip", "rub_sticks"} <= set(written)
+
+
+@pytest.mark.slow
 def test_a_corner_hooks_in_nowhere() -> None:
     """A block carried on by half a facet at once found a state in which its corner held: 1.13 of the push, for 0.3.
 
@@ -115,12 +137,14 @@ def test_moments_of_what_pieces_exchange_are_told_with_a_remedy(contact: str, st
 
 @pytest.mark.slow
 def test_the_gap_between_pieces_is_a_part_of_the_stated_error() -> None:
-    """Both are thicker by it: of a force that grows in proportion twice the distance of the barrier over the travel."""
+    """Both are thicker by it: of a force that grows in proportion twice the mean gap over the travel."""
     loaded = loads(cubes("itself(pair, distance = 20 um)", "(0, 0, -0.1)", "finite"))
     model = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(stated=("cubes",))).models["cubes"]
     push = model.metrics["push"].value
     assert push is not None
-    assert model.stated["push"].parts["gap"] == pytest.approx(2.0 * 20e-6 / 0.1e-3 * push, rel=0.01)
+    left = model.contacts["rub"].touch.left
+    assert 10e-6 < left < 20e-6  # the barrier's distance
+    assert model.stated["push"].parts["gap"] == pytest.approx(2.0 * left / 0.1e-3 * push, rel=0.01)
 
 
 @pytest.mark.parametrize("friction", ["", ", friction = 0.3"])

@@ -42,6 +42,19 @@ def test_a_uniform_pressure_is_found_whatever_the_facet(kind: str) -> None:
     assert f.sum() == pytest.approx(7.0 * 16.0, rel=1e-12)
 
 
+@pytest.mark.parametrize("kind", FACET_OF)
+def test_what_presses_on_a_face_is_not_spread_around_its_edges(kind: str) -> None:
+    """A third of the pressure was left at corners, and half along edges, where the sides are told of as well."""
+    mesh = Box((4.0, 4.0, 1.0), (-2.0, -2.0, -1.0)).mesh(kind, 1.0)
+    points, facets = top(kind, 1.0)
+    f = forces(points, facets, np.full((len(facets), 100), 7.0))
+    on = np.isin(np.arange(len(points)), facets)
+    own = Pressing(mesh.facets, points, f, np.where(on, 0.0, 1.0), 1.0, on=on)
+    assert own.pressures[np.unique(facets)] == pytest.approx(7.0, rel=1e-12)
+    assert own.area == pytest.approx(16.0, rel=1e-12)
+    assert own.border == 0.0
+
+
 @pytest.mark.parametrize(("kind", "size", "most"), [("hex8", 0.25, 0.03), ("tet4", 0.25, 0.03), ("tet10", 0.5, 0.06)])
 def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most: float) -> None:
     """Of p = sqrt(1 - r^2), g = r^2/2 - 1 + ((2 - r^2) asin(1/r) + sqrt(r^2 - 1))/pi with E' = pi/2 the area is pi.

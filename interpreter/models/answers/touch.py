@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,11 +25,16 @@ ON = 1e-3  # of the extent of the surface: a point that is farther from it is no
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface at rest at X (n, 3), m, and what presses on it; `may` are the nodes (m,) that may touch."""
+    """A surface at rest at X (n, 3), m, and what presses on it; `may` are the nodes (m,) that may touch.
+
+    `rubbed` is what friction makes of all nodes (n,), by name. It may be `sides` surfaces, each pressed by the same.
+    """
 
     X: Floats
     may: Ints
     pressing: Pressing
+    rubbed: Mapping[str, Floats] = field(default_factory=dict)
+    sides: int = 1
 
     @property
     def edge(self) -> float:
@@ -39,13 +45,17 @@ class Surface:
 
     @cached_property
     def at_nodes(self) -> Mapping[str, Floats]:
-        """`pressure`, Pa, and `gap`, m, at all nodes (n,)."""
+        """`pressure`, Pa, and `gap`, m, at all nodes (n,); with friction `slip`, m, and `sticks`, as in `spread`."""
         own = np.full(len(self.X), np.nan)
         own[self.may] = self.pressing.g[self.may]
-        return {"pressure": self.pressing.pressures, "gap": own}
+        return {"pressure": self.pressing.pressures, "gap": own, **self.rubbed}
 
     def pressures(self, X: Floats) -> Floats:
         """At material points X (n, 3), m: Pa (n,), linear on triangles. Not a number of one that is not on it."""
+        return self.values("pressure", X)
+
+    def values(self, name: str, X: Floats) -> Floats:
+        """The same of any number at its nodes."""
         from softmark.solvers.contact.gaps.boxes import Boxes
 
         split = np.array(self.pressing.plain.halves)
@@ -53,12 +63,27 @@ class Surface:
         corners = self.X[triangles]
         nearest, shares = Boxes(corners).closest(X)
         far = np.linalg.norm(np.einsum("na,nai->ni", shares, corners[nearest]) - X, axis=1)
-        found: Floats = np.einsum("na,na->n", shares, self.pressing.pressures[triangles[nearest]])
+        found: Floats = np.einsum("na,na->n", shares, self.at_nodes[name][triangles[nearest]])
         size = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
         return np.where(far > ON * size, np.nan, found)
 
 
-def _alike(X: Floats) -> Ints:
+def spread(
+    to_nodes: Callable[[Floats], Floats], A: Floats, slid: Floats, push: Floats, sticks: Floats
+) -> dict[str, Floats]:
+    """What friction makes of points, at nodes: `to_nodes` takes values of points (p,) to nodes (n,), by their shares.
+
+    `slip`, m, is the mean of how far points around have `slid` (p,), m, by their areas A (p,), m^2. `sticks` is 1 where
+    most of what presses by `push` (p,), N, sticks, which `sticks` (p,), N, says, -1 where it slides, and 0 where
+    nothing presses.
+    """
+    area, force = to_nodes(A), to_nodes(push)
+    pressed = force > 0.0
+    far = np.divide(to_nodes(A * slid), area, out=np.zeros_like(area), where=area > 0.0)
+    return {"slip": far, "sticks": np.where(pressed, np.where(2.0 * to_nodes(sticks) > force, 1.0, -1.0), 0.0)}
+
+
+def alike(X: Floats) -> Ints:
     """A number for each node (n,) of a slice, the same for all at one place in its plane."""
     size = float(np.ptp(X, axis=0).max())
     found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
@@ -83,8 +108,8 @@ def pressed(case: Case, contact: Touching, X: Floats, x: Floats, f: Floats, g: F
     few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
     near = g < contact.barrier.distance
     touching = near if few and (near.any() or not f.any()) else None  # else it touches between nodes as well, or alone
-    alike = _alike(X) if case.planar else None
-    return Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, alike, touching)
+    same = alike(X) if case.planar else None
+    return Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, same, touching)
 
 
 def touch_from(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.pairs import Tied
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -148,18 +149,21 @@ def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
 
 
 def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed: Past) -> Carried:
-    """What acts on a solid, with what rigid bodies do to it, and with what friction remembers of the state."""
+    """What acts on a solid, with what rigid bodies and its own surface do to it, and what friction remembers of it."""
+    case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
         from softmark.interpreter.models.answers import carried
 
-        found = carried.touched(found, contacts, solid.pieces[0].case)
-    if not rubbed:
-        return found
-    from softmark.interpreter.models.shared.rubbing import slid, slipped
+        found = carried.touched(found, contacts, case)
+    touches = dict(found.touches)
+    if own := [pair.name for pair in case.pairs if not isinstance(pair.thing, Tied)]:
+        from softmark.interpreter.models.answers.meeting import meeting_of
 
-    u = found.u.ravel()
-    touches = {n: slipped(t, contacts[n], u, rubbed.get(n)) for n, t in found.touches.items()}
-    touches |= {n: slid(solid.beds[n], u, own) for n, own in rubbed.items() if n not in touches}
+        touches |= {n: meeting_of(case, solid.beds[n], solid.mesh, found.x, u, rubbed.get(n)) for n in own}
+    if rubbed:
+        from softmark.interpreter.models.shared.rubbing import slipped
+
+        touches |= {n: slipped(touches[n], contact, u, rubbed.get(n)) for n, contact in contacts.items()}
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 

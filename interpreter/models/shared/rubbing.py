@@ -6,15 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from softmark.interpreter.results.reactions import Friction, Touch
 from softmark.records import dataclass
-from softmark.solvers.contact.colliding import HALF
 from softmark.solvers.contact.rubbing import Rubbing
 from softmark.solvers.contact.sliding import Sliding
 
 LEAST = 1e-300  # N
 
 if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.contacting import Bools
     from softmark.solvers.contact.points import Points
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.energies.energy import Energy, Floats
@@ -66,23 +68,21 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
     pressed, sticks, share = contact.sticking(u)
     push = contact.A * contact.pressures(u)
     slip, held = float(own.slid[pressed].max(initial=0.0)), float(push[sticks].sum() / max(push.sum(), LEAST))
-    return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now))
+    field: Any = touch.field
+    seen = None if field is None else replace(field, rubbed=_at_nodes(contact, push, sticks, own.slid, len(field.X)))
+    return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now), field=seen)
 
 
-def slid(contact: Any, u: Floats, own: Rubbed) -> Touch:
-    """What a contact of surfaces that both deform comes to: areas are half of those of both."""
-    hold, A = contact.hold(u), contact.skin.A
-    slip = hold.slip(u, contact.friction)
-    area, whole = HALF * A[hold.which], float(hold.N.sum())
-    rubbing = Friction(
-        float(own.slid[hold.which].max(initial=0.0)),
-        float(hold.N[~slip.slides].sum() / max(whole, LEAST)),
-        float(area[~slip.slides].sum()),
-        own.now,
-    )
-    pressure = float((hold.N / area).max(initial=0.0))
-    left = float(hold.N @ hold.far / max(whole, LEAST))
-    return Touch(float(area.sum()), pressure, contact.pressing.least(u), left, rubbing=rubbing)
+def _at_nodes(contact: Touching, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
+    """How far nodes have slid, and which stick."""
+    from softmark.interpreter.models.answers.touch import spread
+
+    def to_nodes(values: Floats) -> Floats:
+        found = np.zeros(nodes)
+        np.add.at(found, contact.of, np.abs(contact.shares) * values[:, None])
+        return found
+
+    return spread(to_nodes, contact.A, slid, push, np.where(sticks, push, 0.0))
 
 
 def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:

@@ -1,4 +1,4 @@
-"""Stress, strain and stretch as the colour of shapes, where a scene asks for them: one scale for all models."""
+"""Stress, strain and contacts as the colour of shapes, where a scene asks for them: one scale for all models."""
 
 from __future__ import annotations
 
@@ -49,12 +49,19 @@ def scale_over(numbers: list[CarriedNumber]) -> CarriedScale | None:
         return None
     least, most = min(float(v.min()) for v in known), max(float(v.max()) for v in known)
     tails = [(0.5 * (100.0 - USUAL), 0.5 * (100.0 + USUAL))] * len(known)
-    ends = [tuple(float(e) for e in np.percentile(v, tail)) for v, tail in zip(known, tails, strict=True)]
+    usual_of = [_told(v) for v in known] if numbers[0].partly else known
+    ends = [tuple(float(e) for e in np.percentile(v, tail)) for v, tail in zip(usual_of, tails, strict=True)]
     sizes = [max(abs(low), abs(high)) for low, high in ends]
     usual = [e for e, size in zip(ends, sizes, strict=True) if size <= FAR * float(np.median(sizes))]
     floor = FLAT * max(n.size for n in numbers) or 1e-12
     low, high = min(low for low, _ in usual), max(high for _, high in usual)
     return CarriedScale(numbers[0], _apart(least, most, floor), _apart(low, high, floor))
+
+
+def _told(values: Floats) -> Floats:
+    """Values (n,) where there is something, and of nothing as much as makes it an end of what is usual."""
+    some = values[values != 0.0]
+    return np.concatenate([np.zeros(2 + len(some) // 10), some]) if len(some) else values
 
 
 def _apart(low: float, high: float, floor: float) -> tuple[float, float]:

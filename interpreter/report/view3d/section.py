@@ -143,7 +143,7 @@ class _Shapes:
 
     @cached_property
     def carried(self) -> CarriedColours | None:
-        """Stress as colour; None of a scene that asks for none, and where nobody has any."""
+        """Stress and contacts as colour; None of a scene that asks for none, and where nobody has any."""
         given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
         if not any(c.values is not None for s in given.values() for c in s.carried):
             return None
@@ -161,7 +161,7 @@ class _Shapes:
         bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
         unknown = tag(
             "p",
-            f"{'Errors and stress' if self.carried else 'Errors'} are known "
+            f"{'Errors and what shapes carry' if self.carried else 'Errors'} are known "
             f"{'in the last state' if self.in_states else 'at the end'} only: until then, colours tell models apart.",
             class_="unknown quiet",
             hidden=True,
