@@ -10,6 +10,7 @@ from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.contacts import Between
+from softmark.interpreter.vocabulary.pairs import Itself
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -45,12 +46,12 @@ def asked(scene: Scene) -> Iterator[Diagnostic]:
                 "leave `over` out: at rest there is one value, and of several states `.at(50 %)` is one; "
                 "or follow a motion: `dynamic(...)`",
             )
-        elif moving and not isinstance(scene.declared[named := metric.thing.concerned or ""].thing, Between):
+        elif moving and not isinstance(scene.declared[named := metric.thing.concerned or ""].thing, Between | Itself):
             yield diagnostic(
                 "E635",
                 metric.at(),
                 f"`{metric.name}` is known at rest alone, and the analysis is a motion",
-                f"{metric.constructor.name} of `{named}`, which is no contact with a rigid body",
-                "followed in a motion is what rigid bodies do, `force(CONTACT, along = +z)`, and displacements; "
+                f"{metric.constructor.name} of `{named}`, which is no contact",
+                "followed in a motion is what contacts do, `force(CONTACT, along = +z)`, and displacements; "
                 "energies over time stand in every report",
             )

@@ -51,7 +51,8 @@ class Colliding(Wandering):
     """E = sum over samples of A phi(d): no pressure beyond a `distance` (m), and `stiffness` (Pa) times f(d) before.
 
     f(d) = (1 - s^2) (2 (1 - s^2) / s - 4 s ln s^2), s = d / distance, is 4.3 at half the distance. `alone` keeps a
-    piece from meeting itself; `thickness` (m) is that of a slice, or the way around of the middle ring.
+    piece from meeting itself; `thickness` (m) is that of a slice, or the way around of the middle ring. What it does to
+    nodes `told`, at rest at `X` (n, 3), m, is told of it; without these no moments are.
     """
 
     skin: Skin
@@ -60,6 +61,7 @@ class Colliding(Wandering):
     alone: bool = False
     thickness: float = 1.0
     told: Any = None  # nodes (n,) of all pieces but the first
+    X: Any = None
     conservative: bool = True
 
     @cached_property

@@ -29,7 +29,7 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.contact.through import Place, place, through
 from softmark.solvers.contact.touching import Touching
-from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting
+from softmark.solvers.dynamics.pressed import Acting, Surfaces, acting, meeting
 from softmark.solvers.dynamics.scheme import CutsIn, StepFailed, TooSoft
 from softmark.solvers.energies.energy import Floats, Ints, Wandering
 
@@ -64,7 +64,7 @@ class Impact:
         self.stiffened = 0  # how often
         self.log: list[Seen] = []
         self.mass = 0.0  # kg, of the body that deforms
-        self.surfaces = Surfaces(self.contacts)
+        self.surfaces = Surfaces(self.contacts, self.meets)
         self.couple, self._rounds = couple, 0  # where entries of stencils go in the tangent: without it no points join
         self._shares: tuple[float, ...] = ()
 
@@ -90,11 +90,12 @@ class Impact:
         shares = tuple(c.share for c in here.posed)
         moved = self.free is not None or shares != self._shares
         driven, self._shares = bool(self.log) and moved, shares
-        step, acts = 0.0, tuple(acting(c, motion.x) for c in here.posed)
+        acts = tuple(acting(c, motion.x) for c in here.posed) + tuple(meeting(c, motion.x) for c in here.meets)
+        step = 0.0
         if self.log:
             step = motion.time - self.log[-1].time
             acts = tuple(a.after(b, step, motion.given) for a, b in zip(acts, self.log[-1].acts, strict=True))
-        self.surfaces.follow(here.posed, motion.x, step)
+        self.surfaces.follow(here.posed, here.meets, motion.x, step)
         self.mass = mass
         for i, own in enumerate(self.contacts):  # what presses no more goes
             if own.extra is not None:
@@ -117,11 +118,12 @@ class Impact:
         """The same of surfaces that both deform."""
         hold = here.hold(x)
         since, slid, heat = here.settled(x)
-        N = hold.N
-        sticks = float(N[~hold.slip(x, here.friction).slides].sum() / N.sum()) if N.any() else None
+        N, A, held = hold.N, here.skin.A[hold.which], ~hold.slip(x, here.friction).slides
+        sticks = float(N[held].sum() / N.sum()) if N.any() else None
         self._met[i] = whole = self._met[i] + slid
         self.meets[i] = here.holding(since)
-        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks, heat=heat)
+        area = float(A[held].sum() / A.sum()) if len(A) else 0.0
+        return Rubbed(float(np.max(whole[hold.which], initial=0.0)), sticks, area, heat)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
         """Raises TooSoft where a point ends behind a rigid surface, StepFailed where one went through."""

@@ -224,7 +224,8 @@ class _March:
             return None
         change = impact.mass * (impact.log[-1].velocity - impact.log[0].velocity)
         acts = tuple(seen.acts for seen in impact.log)
-        given = sum((act.step * act.force for seen in acts for act in seen), np.zeros(3))
+        rigid = len(impact.contacts)  # what pieces of the body do to each other comes after, and gives it nothing
+        given = sum((act.step * act.force for seen in acts for act in seen[:rigid]), np.zeros(3))
         impulses = np.vstack([given, self.impulses])
         return Touched(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
 

@@ -49,13 +49,29 @@ class Acting:
 
 def acting(contact: Any, x: Floats) -> Acting:
     """Of a contact where it is, in the state at the end of a step."""
-    push, gaps = contact.pushes(x), contact.gaps(x)
-    sizes, arms = np.linalg.norm(push, axis=1), (contact.spots(x), contact.at_rest)
+    gaps = contact.gaps(x)
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
+    wrench = _wrench(contact.pushes(x), (contact.spots(x), contact.at_rest))
+    return Acting(*wrench, float(gaps.min(initial=np.inf)), left)
+
+
+def meeting(contact: Any, x: Floats) -> Acting:
+    """The same of surfaces that both deform: on all pieces but the first. What is left is told of some states alone."""
+    pressing = getattr(contact, "pressing", contact)
+    g = np.zeros(len(x))
+    contact.add_gradient(x, g)
+    push, u = (own[: pressing.skin.M.shape[1]].reshape(-1, 3) for own in (-g, x))
+    push = push if pressing.told is None else np.where(pressing.told[:, None], push, 0.0)
+    X = np.zeros_like(u) if pressing.X is None else pressing.X
+    return Acting(*_wrench(push, (X + u, X)), pressing.least(x), 0.0)
+
+
+def _wrench(push: Floats, arms: tuple[Floats, ...]) -> tuple[Floats, Floats, float, Floats]:
+    """What forces (p, 3), N, come to: force, moments of each of the arms, size, and middles."""
+    sizes = np.linalg.norm(push, axis=1)
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])
-    middles = np.array([sizes @ arm for arm in arms])
-    return Acting(push.sum(axis=0), moments, float(sizes.sum()), middles, float(gaps.min(initial=np.inf)), left)
+    return push.sum(axis=0), moments, float(sizes.sum()), np.array([sizes @ arm for arm in arms])
 
 
 def in_time(steps: Floats, values: Floats) -> Floats:
@@ -74,7 +90,10 @@ def in_time(steps: Floats, values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Surface:
-    """Nodes (s,) of a surface in contact at a time: displacements u (s, 3), m, what presses f (s,), N, gaps g (s,)."""
+    """Nodes (s,) of a surface in contact at a time: displacements u (s, 3), m, what presses f (s,), N, gaps g (s,).
+
+    Of surfaces that both deform f (s, 3) is what presses on both, and gaps are not looked at.
+    """
 
     u: Floats
     f: Floats
@@ -84,19 +103,21 @@ class Surface:
 class Surfaces:
     """Surfaces of contacts at some times: `kept` has the number of the time with them, the last one always."""
 
-    def __init__(self, contacts: Sequence[Any]) -> None:
+    def __init__(self, contacts: Sequence[Any], meets: Sequence[Any] = ()) -> None:
         self.nodes: list[Ints] = [np.unique(c.facets) for c in contacts if c.facets is not None]
         self.whole = len(self.nodes) == len(contacts)
+        self.nodes += [np.unique(c.skin.M.indices // 3).astype(np.int64) for c in meets]
         self.kept: list[tuple[int, tuple[Surface, ...]]] = []
         self.every, self.count = 1, 0
         self._last: tuple[float, tuple[Surface, ...]] | None = None  # with the step before it, s
         self._mean: list[Floats] = []  # what presses at the last time but one
 
-    def follow(self, contacts: Sequence[Any], x: Floats, step: float) -> None:
+    def follow(self, contacts: Sequence[Any], meets: Sequence[Any], x: Floats, step: float) -> None:
         """Take in the state at the end of a step, of no length at the start."""
         if not self.whole:
             return
-        now = tuple(_seen(c, x, nodes) for c, nodes in zip(contacts, self.nodes, strict=True))
+        seen = (*((_seen, c) for c in contacts), *((_met, c) for c in meets))
+        now = tuple(of(c, x, nodes) for (of, c), nodes in zip(seen, self.nodes, strict=True))
         if self._last is not None:
             before, states = self._last
             weight = step / (before + step)
@@ -127,3 +148,10 @@ def _seen(contact: Any, x: Floats, nodes: Ints) -> Surface:
     g = np.full(len(nodes), np.inf)
     g[np.searchsorted(nodes, contact.nodes)] = contact.nodal_gaps(x)
     return Surface(u, contact.presses(x, int(nodes.max()) + 1)[nodes], g)
+
+
+def _met(contact: Any, x: Floats, nodes: Ints) -> Surface:
+    g = np.zeros(len(x))
+    getattr(contact, "pressing", contact).add_gradient(x, g)
+    where = 3 * nodes[:, None] + np.arange(3)
+    return Surface(x[where], -g[where], np.zeros(0))

@@ -124,3 +124,28 @@ def test_what_a_mirror_image_does_a_plane_does(element: str) -> None:
     for name in ("p1", "q1"):
         np.testing.assert_allclose(both[name].curve.y, half["p2"].curve.y, rtol=0.04)
     np.testing.assert_allclose(both["p1"].curve.y, both["q1"].curve.y, rtol=1e-3)
+
+
+LID = "support  lid   = displaced(pair, where = y >= 20 mm, by = (0, -0.5, 0) mm, components = y)"
+SETTLING = FLAT.replace(
+    LID,
+    """load push = traction(pair, where = y >= 20 mm, vector = (0, -2, 0) kPa)
+analysis drop = dynamic(duration = 10 ms, step = 0.2 ms, integrator = implicit_euler)""",
+).replace("push  =", "held =")
+
+
+@pytest.mark.parametrize("rough", ["", ", friction = 0.3"])
+def test_what_meets_in_a_motion_is_followed(rough: str) -> None:
+    """A block that comes to rest on another under 2 kPa on 50 mm^2: a force of 0.1 N, and that pressure.
+
+    To the half per cent that the block still swings by.
+    """
+    found = met(SETTLING.format(element="quad4", rough=rough) + ("metric on = stick_area(touch)\n" if rough else ""))
+    values = {name: metric.value for name, metric in found.metrics.items()}
+    assert values["held"] == pytest.approx(0.1, rel=5e-3)
+    assert values["most"] == pytest.approx(2e3, rel=5e-3)
+    assert values["area"] == pytest.approx(50e-6, rel=2e-3)
+    assert 0.0 < values["open"] < 5e-6
+    times, forces = found.metrics["held"].curve.x, found.metrics["held"].curve.y
+    assert np.trapezoid(forces, times) == pytest.approx(1e-3, rel=0.1)  # of the load, but for what hits and swings
+    assert values.get("on", values["area"]) == pytest.approx(values["area"], rel=1e-2)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.models.answers.meeting import meeting_of
 from softmark.interpreter.models.answers.touch import pressed, touch_from
 from softmark.interpreter.results.loads import vector
 from softmark.interpreter.results.reactions import AtRest, Friction, Reaction, Touch
 from softmark.records import dataclass
 from softmark.solvers.dynamics.pressed import Surface, in_time
-from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.contact.touching import Touching
     from softmark.solvers.dynamics.trajectory import Trajectory
+    from softmark.solvers.mesh.mesh import Mesh
 
 WHY = "reactions are those of a state of rest: in a motion what contacts do is followed alone"
 
@@ -28,21 +31,33 @@ class Followed:
     """Contacts in motion: forces at every accepted step, and the surface at some of them.
 
     Forces at a time are means over the two steps that meet there (solvers/dynamics/pressed.py), so that they have the
-    right impulse; arms of moments are those of places at rest where strains are `small`.
+    right impulse; arms of moments are those of places at rest where strains are `small`. What pieces of the body that
+    meet do to each other, `meets`, comes after what rigid bodies do.
     """
 
     case: Case
     contacts: Mapping[str, Touching]
-    X: Floats
+    meets: Mapping[str, Any]
+    mesh: Mesh
     track: Trajectory
     small: bool
+
+    @property
+    def names(self) -> list[str]:
+        """Of all contacts."""
+        return [*self.contacts, *self.meets]
+
+    @property
+    def X(self) -> Floats:
+        """Nodes (n, 3) at rest, m."""
+        return self.mesh.points
 
     @cached_property
     def _acts(self) -> list[list[Floats]]:
         """Of each contact (n + 1, 3): forces, moments, and the middles of the same forces; the origin of none."""
         acts, arm = self._touched.acts, int(self.small)
         found = []
-        for k in range(len(self.contacts)):
+        for k in range(len(self.names)):
             own = [seen[k] for seen in acts]
             each = [(a.force, a.moments[arm], a.arms[arm], np.array([a.size])) for a in own]
             f, m, arms, size = (in_time(self.track.steps, np.array(values)) for values in zip(*each, strict=True))
@@ -66,7 +81,7 @@ class Followed:
         return self._state(len(self.track.times) - 1)
 
     def _state(self, i: int) -> AtRest:
-        held = {name: self._reaction(k, i) for k, name in enumerate(self.contacts)}
+        held = {name: self._reaction(k, i) for k, name in enumerate(self.names)}
         most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._acts), default=0.0)
         size = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         touches = _Touches(self, i)
@@ -88,18 +103,28 @@ class Followed:
 
     def touch(self, name: str, i: int) -> Touch:
         """What a contact comes to at one of the times at which surfaces are known."""
-        names = list(self.contacts)
-        k, contact = names.index(name), self.contacts[name]
+        k = self.names.index(name)
         surface, nodes, act = self._surfaces[i][k], self._touched.nodes[k], self._touched.acts[i][k]
         x, f, g = self.X.copy(), np.zeros(len(self.X)), np.full(len(self.X), np.inf)
         if not self.small:
             x[nodes] += surface.u
+        if name in self.meets:
+            return self._met(name, i, x, surface, nodes)
+        contact = self.contacts[name]
         f[nodes], g[nodes] = surface.f, surface.g
         own = pressed(self.case, contact, self.X, x, f, g)
         return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i, own.area))
 
+    def _met(self, name: str, i: int, x: Floats, surface: Surface, nodes: Ints) -> Touch:
+        """The same of pieces of the body that meet, of nodes at x (n, 3), m."""
+        u, force = np.zeros((2, *self.X.shape))
+        u[nodes], force[nodes] = surface.u, surface.f
+        touch = meeting_of(self.case, self.meets[name], self.mesh, x, u.ravel(), None, force)
+        return replace(touch, rubbing=self._rubbed(name, i, touch.area))
+
     def _rubbed(self, name: str, i: int, area: float) -> Friction | None:
-        rubbing = [n for n, contact in self.contacts.items() if hasattr(contact, "friction")]
+        every = (*self.contacts.items(), *self.meets.items())
+        rubbing = [n for n, contact in every if hasattr(contact, "friction")]
         if name not in rubbing:
             return None
         own = self.track.rubbed[i][rubbing.index(name)]
@@ -114,14 +139,14 @@ class _Touches(Mapping[str, Touch]):
         self.known: dict[str, Touch] = {}
 
     def __getitem__(self, name: str) -> Touch:
-        if name not in self.followed.contacts:
+        if name not in self.followed.names:
             raise KeyError(name)
         if name not in self.known:
             self.known[name] = self.followed.touch(name, self.i)
         return self.known[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.followed.contacts)
+        return iter(self.followed.names)
 
     def __len__(self) -> int:
-        return len(self.followed.contacts)
+        return len(self.followed.names)

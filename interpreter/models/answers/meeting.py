@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,31 +27,44 @@ NEAR = 12  # faces of other pieces, by their middles, among which the nearest is
 LEAST = 1e-300  # N
 
 
-def meeting_of(case: Case, contact: Colliding | Sliding, mesh: Mesh, x: Floats, u: Floats, own: Rubbed | None) -> Touch:
+def meeting_of(
+    case: Case,
+    contact: Colliding | Sliding,
+    mesh: Mesh,
+    x: Floats,
+    u: Floats,
+    own: Rubbed | None,
+    force: Floats | None = None,
+) -> Touch:
     """What it comes to, of nodes that are taken to be at x (n, 3), m, when moved by u (3 n,), m.
 
-    Pressures are those of the forces at the nodes of both surfaces, as of a rigid body (`Pressing`), the area is half
-    of that of both. Which samples press, and how far what they press on is, tells the gap that is left.
+    What presses on nodes, `force` (n, 3), N, is that of this state unless it is given. Pressures are those of the
+    forces at the nodes of both surfaces, as of a rigid body (`Pressing`), the area is half of that of both. Which
+    samples press, and how far what they press on is, tells the gap that is left.
     """
     sliding = contact if isinstance(contact, Sliding) else Sliding(contact, 0.0)
     hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
-    force = np.zeros(u.size)
-    pressing.add_gradient(u, force)
-    f = np.einsum("ni,ni->n", force.reshape(-1, 3), _outward(x, mesh.facets[np.unique(skin.of[hold.which])]))
-    own_facets = np.unique(skin.of)
+    own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
     facets, both = mesh.facets[own_facets], _met(skin, hold, own_facets)
-    nodes, g = np.unique(facets), np.full(len(x), np.nan)
-    if pressing.alone:
+    f = -np.einsum("ni,ni->n", _pushes(pressing, u) if force is None else force, n)
+    nodes, g, near = np.unique(facets), np.full(len(x), np.nan), None
+    if pressing.alone:  # of what meets itself forces tell where it touches
         g[nodes] = _gaps(skin, (mesh.points + u.reshape(-1, 3))[nodes], nodes, mesh, u)
-    near = g < pressing.distance if pressing.alone else None  # of what meets itself forces tell where
-    pressed = Pressing(
-        facets, x, f, g, plane_modulus(case), case.depth, alike(mesh.points) if case.planar else None, near
-    )
+        near = g < pressing.distance
+    same = alike(mesh.points) if case.planar else None
+    pressed = Pressing(facets, x, f, g, plane_modulus(case), case.depth, same, near)
     left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
     least = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
     rubbing, rubbed = (None, {}) if own is None else _rubbing(sliding, hold, skin, u, own, len(x))
     field = Surface(mesh.points, nodes, pressed, rubbed, both)
     return Touch(pressed.area / both, pressed.largest, least, left, field, rubbing)
+
+
+def _pushes(pressing: Colliding, u: Floats) -> Floats:
+    """What presses on nodes (n, 3), N."""
+    g = np.zeros(u.size)
+    pressing.add_gradient(u, g)
+    return -g.reshape(-1, 3)
 
 
 def _met(skin: Skin, hold: Hold, facets: Ints) -> int:

@@ -184,7 +184,9 @@ class PreparedMotion:
 
         own: list[Any] = [load for load in self.problem.assembly.loads if load.driven]
         small = vars(self.declared.thing).get("strain") == "small"
-        return Followed(self.case, dict(zip(self.touching, own, strict=True)), self.mesh.points, track, small)
+        contacts = dict(zip(self.touching, own, strict=True))
+        meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, Wandering)}
+        return Followed(self.case, contacts, meets, self.mesh, track, small)
 
     def _state(self, motion: Motion) -> Floats:
         """What is kept of a motion: displacements of the nodes (3 n,), or what others make these of."""

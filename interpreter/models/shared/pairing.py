@@ -52,12 +52,12 @@ def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     asked = said.distance or usual
     stiffness = said.stiffness or SOFT * case.largest_young
     told = others(mesh)
-    made = Colliding(skin, asked, stiffness, several, thickness, told)
+    made = Colliding(skin, asked, stiffness, several, thickness, told, mesh.points)
     left = _gap(pair, made, mesh)
     if left == asked:
         return made
     if said.distance is None:
-        return Colliding(skin, left, stiffness, several, thickness, told)
+        return Colliding(skin, left, stiffness, several, thickness, told, mesh.points)
     raise fault(
         "E631",
         pair.at("distance"),
