@@ -23,8 +23,8 @@ class Between:
     it may be between fine facets, the one without these points stays; and what is blunter than a facet is long may cut
     in by as much as facets are flat: the table of contacts in the report says how deep all that is left goes. A thin
     barrier does it: it has no pressure beyond the `distance`, which is chosen at a hundred-thousandth of the size of
-    the body, and more than the body can bear at touch, so that a gap of less than that distance is left, which is part
-    of the stated error.
+    the body, at rest at no more than 1/2000 of how far supports move anything, and more than the body can bear at
+    touch, so that a gap of less than that distance is left, which is part of the stated error.
     `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
     plane, where the rigid body is cut by z = 0.
 

@@ -81,6 +81,11 @@ class Flat(Shape):
         """Of the square."""
         return {"s": (0.0, 1.0), self.across: (0.0, 1.0)}
 
+    @property
+    def gradable(self) -> tuple[str, ...]:
+        """Between opposite sides."""
+        return ("s", self.across)
+
     def place(self, **at: float) -> Vector3:
         """A point by its two coordinates, m: without arrays."""
         x, y = self(at["s"], at[self.across])

@@ -102,4 +102,8 @@ def unlike(found: Any) -> str:
     push, base, rest = (found.metrics[name].value for name in ("push", "base", "rest"))
     if None in (push, base, rest):
         return "a force is missing"
-    return "" if abs(push - base - rest) <= 1e-6 * max(abs(push), abs(rest)) + 1e-12 else f"{push} is pressed, {base} + {rest} carried"
+    return (
+        ""
+        if abs(push - base - rest) <= 1e-6 * max(abs(push), abs(rest)) + 1e-12
+        else f"{push} is pressed, {base} + {rest} carried"
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.problem.case import Case, Fault, Touch, fault
 from softmark.interpreter.problem.parts.surface import loaded
+from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps import gap_of
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 THIN = 1e-5  # of the size of a body: where the barrier begins
+SLIGHT = 5e-4  # of how far supports go at rest, where that is less: a gap of it is a thousandth of a force
+LEAST = 1e-9  # of the size of a body: thinner ones drown in rounding
 BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 
 
@@ -81,9 +85,16 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
 
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
-    """As thin as the size of the body asks, and as stiff as it is."""
-    distance = touch.thing.distance or THIN * mesh.extent
-    return Barrier(distance, BEARS * case.largest_young)
+    """As thin as the size of the body and the way of what supports move ask, and as stiff as the body is."""
+    return Barrier(touch.thing.distance or _thin(case, touch, mesh.extent), BEARS * case.largest_young)
+
+
+def _thin(case: Case, touch: Touch, extent: float) -> float:
+    """Where a barrier begins, m, of which the gap that it leaves is next to nothing."""
+    if isinstance(case.analysis, Dynamic):
+        return THIN * extent
+    travel = max((math.hypot(*s.thing.imposed) for s in (*case.supports, *touch.moved)), default=0.0)
+    return min(THIN * extent, max(SLIGHT * travel, LEAST * extent)) if travel else THIN * extent
 
 
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
