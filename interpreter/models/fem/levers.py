@@ -81,8 +81,9 @@ def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
     shape = case.shape
     if model.mesh is not None or not (shape.gradable or shape.enclosed):
         return diagnostic("E340", declared.at("finer"), f"the mesh of `{declared.name}` cannot be graded",
-                          "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of spheres, "
-                          "quadrilaterals, quarter rings and filled surfaces have graded meshes; take a smaller `size`")  # fmt: skip
+                          "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of "
+                          "spheres, quadrilaterals, quarter rings and filled surfaces have graded meshes; take a "
+                          "smaller `size`")  # fmt: skip
     if conforming.graded(model.towards, shape, model.finer):
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
