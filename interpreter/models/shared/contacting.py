@@ -80,9 +80,14 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
     return Pose((a, b, c), (p, q, r), (x, y, z))
 
 
+def size_of(case: Case, mesh: Mesh) -> float:
+    """The diagonal of the box around a body, m; of a slice in its plane, whatever thickness forces are told of."""
+    return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
+
+
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
     """As thin as the size of the body asks, and as stiff as it is."""
-    distance = touch.thing.distance or THIN * mesh.extent
+    distance = touch.thing.distance or THIN * size_of(case, mesh)
     return Barrier(distance, BEARS * case.largest_young)
 
 
