@@ -65,8 +65,7 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         own: dict[str, Any] = {"least_gap": None, "overlap": None}
         try:
             own |= _seen(case, touch, mesh, u)
-            idle = own["least_gap"] > barrier_of(case, touch, mesh.mesh).distance
-            deep = _missed(case, touch, mesh, u) if idle else 0.0
+            deep = _missed(case, touch, mesh, u)
             swallowed = _swallowed(case, touch, mesh, u)
         except Unchecked as unknown:
             found[touch.name] = own | {"reason": str(unknown)}

@@ -59,15 +59,13 @@ def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of gaps; none where nothing may touch."""
-    from softmark.interpreter.vocabulary.analyses import Dynamic
     from softmark.interpreter.vocabulary.pairs import Itself
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, Itself)]
     if not (own or whole.case.contacts):
         return {}
     beds: Any = getattr(whole.prepared, "beds", {})
-    moving = isinstance(whole.case.analysis, Dynamic)  # nothing else is told of them there
-    return {"gap": partial(_left, {name: beds[name].distance for name in own if moving})}
+    return {"gap": partial(_left, {name: beds[name].distance for name in own if name in beds})}
 
 
 def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:

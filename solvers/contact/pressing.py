@@ -200,7 +200,8 @@ class Pressing:
 
         With c = k^(-2/3): p^2 c^3 + (3 E' g / 4)^(2/3) c = h, and the first part is the share.
         """
-        h = np.linalg.norm(self.x[touching] - self.x[free], axis=1)
+        way = self.x[touching] - self.x[free]
+        h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # nothing changes through a slice
         a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
         g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # what is held beside it has none
         b = (0.75 * self.modulus * g) ** (2.0 / 3.0)

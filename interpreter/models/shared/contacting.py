@@ -84,9 +84,14 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
     return Pose((a, b, c), (p, q, r), (x, y, z))
 
 
+def size_of(case: Case, mesh: Mesh) -> float:
+    """The diagonal of the box around a body, m; of a slice in its plane, whatever thickness forces are told of."""
+    return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
+
+
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
     """As thin as the size of the body and the way of what supports move ask, and as stiff as the body is."""
-    return Barrier(touch.thing.distance or _thin(case, touch, mesh.extent), BEARS * case.largest_young)
+    return Barrier(touch.thing.distance or _thin(case, touch, size_of(case, mesh)), BEARS * case.largest_young)
 
 
 def _thin(case: Case, touch: Touch, extent: float) -> float:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language import units
+from softmark.interpreter.models.shared.contacting import size_of
 from softmark.interpreter.problem.case import fault
 from softmark.interpreter.vocabulary.pairs import Tied as TiedWord
 from softmark.solvers.contact.colliding import Colliding, NoToolkit, toolkit
@@ -48,12 +49,12 @@ def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)
     skin = skin_of(mesh, mesh.points.size, parts, _facets(case, pair, mesh), bool(case.planar), case.depth)
     thickness = _thickness(case, mesh, skin)
-    usual = THIN * mesh.extent
+    usual = THIN * size_of(case, mesh)
     asked = said.distance or usual
     stiffness = said.stiffness or SOFT * case.largest_young
     told = others(mesh)
     made = Colliding(skin, asked, stiffness, several, thickness, told, mesh.points)
-    left = _gap(pair, made, mesh)
+    left = _gap(pair, made, size_of(case, mesh))
     if left == asked:
         return made
     if said.distance is None:
@@ -75,11 +76,11 @@ def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
     return float(np.ptp(mesh.points[:, 2])) if case.planar else 1.0
 
 
-def _gap(pair: Declared, made: Colliding, mesh: Mesh) -> float:
+def _gap(pair: Declared, made: Colliding, size: float) -> float:
     """How far surfaces are apart at the start, m, at most the distance. Raises Fault where they meet."""
-    rest = np.zeros(mesh.points.size)
+    rest = np.zeros(made.skin.M.shape[1])
     found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
-    if found > CLOSE * mesh.extent:
+    if found > CLOSE * size:
         return found
     raise fault(
         "E631",
@@ -108,8 +109,8 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
     said, of = pair.thing, pieces_of(mesh)
     which = _facets(case, pair, mesh)
     piece = of[mesh.facets[which, 0]]
-    stiffness = said.stiffness or STIFF * case.largest_young / mesh.extent
-    reach = said.reach or REACH * mesh.extent
+    stiffness = said.stiffness or STIFF * case.largest_young / size_of(case, mesh)
+    reach = said.reach or REACH * size_of(case, mesh)
     sides = [(which[piece == a], which[piece > a]) for a in range(int(of.max()))]
     each = [tied(mesh, one, other, stiffness, reach, case.depth) for one, other in sides if len(one) and len(other)]
     each = [made for made in each if len(made.nodes)]
