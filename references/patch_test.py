@@ -29,8 +29,8 @@ TOO_FAR = "it is pressed by more than its law holds", "press it by less"
 class Solid:
     """What a block is made of, pulled along one axis by a stress P per area at rest; its sides carry none.
 
-    Hooke's solid of small strain, or if `large` the neo-Hookean one with ln J at any. With mu and lam, a stretch l along
-    the axis and t in each of the n directions that are `free`: mu (t^2 - 1) + lam ln(l t^n) = 0, P = mu (l - t^2 / l).
+    Hooke's solid of small strain, or if `large` the neo-Hookean one with ln J at any. With a stretch l along the axis
+    and t in each of the n directions that are `free`, mu (t^2 - 1) + lam ln(l t^n) = 0 and P = mu (l - t^2 / l).
     """
 
     young: float  # Pa
@@ -113,7 +113,7 @@ def root(f: Any, x: float) -> float:
     for _ in range(STEPS):
         try:
             value, slope = f(x)
-        except OverflowError:
+        except ArithmeticError:
             break
         if not slope > 0.0:
             break
@@ -140,10 +140,9 @@ class Block:
 
 @dataclass(frozen=True)
 class Joint:
-    """Between a block and the next: a `gap` that may close, m, or glue that opens by `give` times the stress, m/Pa."""
+    """Between a block and the next: a `gap` that may close, m, or one that is `glued`, and stays as it is."""
 
     gap: float = 0.0
-    give: float = 0.0
     glued: bool = False
 
 
@@ -172,7 +171,8 @@ class Stack:
     def grown(self) -> float:
         """By how much its length changes where no gap is left, m, of one whose ends are both moved."""
         low, high = self.ends
-        assert low is not None and high is not None
+        assert low is not None
+        assert high is not None
         return high - low + self.gaps
 
     @property
@@ -186,13 +186,11 @@ class Stack:
             return self.blocks[0 if self.ends[0] is None else -1].solid.under(self.traction, self.pressure)
         if self.touching and self.grown >= 0.0:
             return 0.0
-        give = sum(joint.give for joint in self.joints)
-        soft = give + sum(block.length / block.solid.modulus for block in self.blocks)
+        soft = sum(block.length / block.solid.modulus for block in self.blocks)
 
         def off(P: float) -> tuple[float, float]:
             each = [(block.length, *block.solid.strains(P)) for block in self.blocks]
-            return (sum(L * along for L, along, _, _ in each) + give * P - self.grown,
-                    sum(L * slope for L, _, _, slope in each) + give)  # fmt: skip
+            return sum(L * along for L, along, _, _ in each) - self.grown, sum(L * slope for L, _, _, slope in each)
 
         return root(off, self.grown / soft)
 
@@ -230,7 +228,7 @@ class PressedStack:
         stack = self.stack
         grown = [block.length * along for block, (along, _) in zip(stack.blocks, self.strains, strict=True)]
         # between blocks that are pressed a gap is closed; of one that is left all but that is said by the ends
-        opened = [j.give * self.stress if j.glued else self.left - j.gap for j in stack.joints]
+        opened = [0.0 if joint.glued else self.left - joint.gap for joint in stack.joints]
         found = [0.0]
         for more, joint in zip(grown, opened, strict=False):
             found.append(found[-1] + more + joint)
@@ -261,7 +259,7 @@ class PressedStack:
         return self.stack.area * areas[2] / areas[3], areas[2] / max(areas[:2])
 
     def touched(self, number: int) -> float:
-        """The area of contact of the joint above a block, m^2; that at rest of Hooke's solids, 0 where a gap is left."""
+        """The area of contact of the joint above a block, m^2: at rest of Hooke's solids, 0 where a gap is left."""
         if not self.push:
             return 0.0
         large = all(block.solid.large for block in self.stack.blocks[number : number + 2])
@@ -300,7 +298,7 @@ class PressedStack:
         return found
 
     def fields(self, X: Array) -> tuple[Array, Array]:
-        """The gradient of the displacement at points X (n, 3), and the stress, Pa, per area as it is, each (n, 3, 3)."""
+        """The gradient of the displacement at points X (n, 3), and the Cauchy stress, Pa, each (n, 3, 3)."""
         stack, which = self.stack, self.blocks_at(X)
         H, sigma = np.zeros((len(stack.blocks), 3, 3)), np.zeros((len(stack.blocks), 3, 3))
         for i, (block, (along, across)) in enumerate(zip(stack.blocks, self.strains, strict=True)):
@@ -322,19 +320,18 @@ class PressedStack:
 class PatchTest(Reference):
     """Blocks end to end that are pressed together or glued, with no friction: stress is the same everywhere.
 
-    The patch test of contact: whatever the meshes, a uniform pressure goes through joints as it is. Ends that come nearer
-    by d close the gaps g between blocks of lengths L, and P = -(d - g) / sum(L / E) where these are of Hooke's solids;
-    E / (1 - nu^2) stands for E in plane strain. Neo-Hookean ones are taken at any strain: with mu (t^2 - 1) + lam
-    ln(l t^2) = 0 for the stretch t across, P = mu (l - t^2 / l) of the stretch l. Blocks that touch may each have their
-    own material, by `region`, since their faces slide. Glue opens by P over its stiffness. Where the gap is not closed
-    nothing presses.
+    The patch test of contact: whatever the meshes, a uniform pressure goes through joints as it is. Ends that come
+    nearer by d close the gaps g between blocks of lengths L, and P = -(d - g) / sum(L / E), E / (1 - nu^2) in the place
+    of E in plane strain. Strain is small, but that of neo-Hookean blocks, which is of any size: with the stretch t
+    across of mu (t^2 - 1) + lam ln(l t^2) = 0, P = mu (l - t^2 / l) of the stretch l. Blocks that touch may each have
+    their own material, by `region`, since their faces slide. Where the gap is not closed nothing presses.
 
     It takes `apart(...)` of boxes along x, y or z, or of upright rectangles in `plane_strain` or `axisymmetric`, with
     one section; joints that are met by `itself` across a gap, or `tied`; one end held along its normal, the other moved
-    along it, or with a `traction`, `total_force` or `pressure` on all of it; sides free or on planes of symmetry. Where
-    nothing narrows (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with friction, must narrow alike. Metrics
-    of displacement, force, contact and stress may be held against it. A barrier leaves a gap of less than its distance
-    in the joint, of which the theory has none: models press by as much less.
+    along it, or with a `traction`, `tension` or `pressure` on all of it; sides free or on planes of symmetry. Where
+    nothing narrows (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with friction, must narrow alike.
+    Metrics of displacement, force and stress may be held against it. Of two things that models do it knows nothing: a
+    barrier leaves a gap of less than its distance, by which they press harder, and glue opens by stress over stiffness.
     Source: Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 

@@ -18,8 +18,8 @@ class Reference:
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
     BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a PressedColumn, a Squeezed, a Pressed, a
-    StoppedBar, a Stack or what makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints, a
-    MeasuredCurve or a KnownValue.
+    StoppedBar, a Stack or what makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface,
+    MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

@@ -1,4 +1,4 @@
-"""From a scene to the stack of blocks that the patch test of contact is about, and what it says of forces and stress."""
+"""From a scene to the stack of blocks that the patch test of contact is about, and what it says of it."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from softmark.interpreter.results.reactions import AtRest, Reaction
 from softmark.interpreter.results.reactions import Touch as Touched
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.courses import in_full
-from softmark.interpreter.vocabulary.loads import Follower, PerArea
-from softmark.interpreter.vocabulary.pairs import REACH, STIFF, Itself
+from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile
+from softmark.interpreter.vocabulary.pairs import REACH, Itself
 from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
 from softmark.references.cantilever import Refused, Vector
 from softmark.references.patch_test import Block, Joint, PressedStack, Solid, Stack
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.shape import cross, moved, with_coordinate
+from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
 from softmark.solvers.stresses.without_cells import WithoutCells
 
 if TYPE_CHECKING:
@@ -41,7 +41,9 @@ EVERYWHERE, NOWHERE = (False, True), (True, False)  # of a condition over a box
 PIECES = "use `apart(...)` of boxes, or of upright rectangles, of one section along one axis"
 ENDS = "hold one end along its normal, move the other along it or load all of it"
 SIDES = "leave sides free, or hold one along its normal alone: `symmetric(...)`"
-LOADS = "at most a `traction(...)`, `total_force(...)` or `pressure(...)` along the axis, on all of the end that is free"
+LOADS = (
+    "at most a `traction(...)`, `total_force(...)` or `pressure(...)` along the axis, on all of the end that is free"
+)
 ALIKE = "use one material, or `poisson = 0`"
 NONE = (0.0, 0.0, 0.0)
 
@@ -192,7 +194,7 @@ def _solid(piled: Piled, number: int) -> Solid:
 
 def _joint(piled: Piled, number: int) -> Joint:
     """What is between a block and the next. Raises Refused unless one contact meets all of it."""
-    case, low, high = piled.case, piled.blocks[number], piled.blocks[number + 1]
+    low, high = piled.blocks[number], piled.blocks[number + 1]
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
     met = _meeting(piled, number)
     if len(met) != 1:
@@ -206,8 +208,7 @@ def _joint(piled: Piled, number: int) -> Joint:
         return Joint(gap)
     if gap > (thing.reach or REACH * piled.extent):
         raise Refused(f"`{met[0].name}` does not reach across the joint", "put the blocks on each other")
-    stiffness = thing.stiffness or STIFF * case.largest_young / piled.extent
-    return Joint(gap, 1.0 / stiffness, True)
+    return Joint(gap, glued=True)
 
 
 def _meeting(piled: Piled, number: int) -> list[Declared]:
@@ -225,8 +226,10 @@ def _meeting(piled: Piled, number: int) -> list[Declared]:
 # ------------------------------------------------------------------ what holds and loads it
 
 
-def _held(piled: Piled, solids: tuple[Solid, ...]) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
-    """By how much its ends are moved along the axis, m, and sides that are held: block, direction, end. Raises Refused."""
+def _held(
+    piled: Piled, solids: tuple[Solid, ...]
+) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
+    """By how much its ends are moved along the axis, m, and sides that are held: block, way, end. Raises Refused."""
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
         thing, by = in_full(support.thing), support.thing.imposed
@@ -311,17 +314,24 @@ def _loaded(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
         action = load.thing.action
-        taken = piled.ends(action.where) if isinstance(action, PerArea | Follower) else set()
+        taken = piled.ends(action.where) if isinstance(action, PerArea | Tensile | Follower) else set()
         if len(taken) != 1 or ends[end := taken.pop()] is not None:
-            raise Refused(f"the load `{load.name}` is none on the end that is free", LOADS)
+            raise Refused(f"the load `{load.name}` is none on all of the end that is not held", LOADS)
         if isinstance(action, Follower):
             pressure += action.pressure
             continue
-        along = sum(a * b for a, b in zip(action.traction, piled.normal(end), strict=True))
-        if math.hypot(*moved(action.traction, (-along, piled.normal(end)))) > SAME * math.hypot(*action.traction):
+        n = piled.normal(end)
+        vector = action.traction if isinstance(action, PerArea) else _across(action, n)
+        along = dot(vector, n)
+        if math.hypot(*moved(vector, (-along, n))) > SAME * math.hypot(*vector):
             raise Refused(f"the load `{load.name}` does not act along the axis", LOADS)
         traction += along
     return bool(piled.case.loads), traction, pressure
+
+
+def _across(action: Tensile, n: Vector) -> Vector:
+    """What a tension exerts on a face with that normal, Pa."""
+    return moved(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
 # ------------------------------------------------------------------ what it says

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.records import dataclass
 
-STIFF = 1e4  # times Young's modulus over the size of a body: a joint that is tied
 REACH = 1e-2  # of the size: surfaces that are no farther apart are tied
 
 
