@@ -41,9 +41,7 @@ EVERYWHERE, NOWHERE = (False, True), (True, False)  # of a condition over a box
 PIECES = "use `apart(...)` of boxes, or of upright rectangles, of one section along one axis"
 ENDS = "hold one end along its normal, move the other along it or load all of it"
 SIDES = "leave sides free, or hold one along its normal alone: `symmetric(...)`"
-LOADS = (
-    "at most a `traction(...)`, `total_force(...)` or `pressure(...)` along the axis, on all of the end that is free"
-)
+LOADS = "a `traction(...)`, `tension(...)` or `pressure(...)` along the axis, on all of the end that is not held"
 ALIKE = "use one material, or `poisson = 0`"
 NONE = (0.0, 0.0, 0.0)
 
