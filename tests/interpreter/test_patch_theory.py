@@ -200,7 +200,7 @@ def test_stress_is_known_everywhere() -> None:
         (PAIR, ("by = (-0.85, 0, 0) mm, components = x", "by = (-0.85, 0.1, 0) mm, components = (x, y)"),
          "across its axis"),
         (PAIR, ("-0.85", "-50"), "more than it is long"),
-        (PAIR, ("model ", "load pull = gravity(9.81 m/s^2, direction = -x)\nmodel "), "`pull` is none on all of the end"),
+        (PAIR, ("model ", "load pull = gravity(9.81 m/s^2, direction = -x)\nmodel "), "`pull` is none on all of"),
         (PAIR, ("support  hand  = displaced(pair, where = x >= 40.5 mm, by = (-0.85, 0, 0) mm, components = x)\n", ""),
          "nothing moves or loads"),
         (PAIR, ("support  hand  = displaced(pair, where = x >= 40.5 mm, by = (-0.85, 0, 0) mm, components = x)",
