@@ -20,6 +20,7 @@
     dimitriadis, pressed_layer  the same into a layer, by a series and by the integral equation of `layer`
     cattaneo_mindlin   a sphere that is pressed and dragged, with friction
     signorini          a bar that a rigid plane stops
+    patch_test         blocks end to end that touch or are glued
 
     self_converged     the scene's own models refined: what is asked for; solving them is not done here
 
@@ -60,6 +61,7 @@ from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
 from softmark.references.mandel import Mandel
 from softmark.references.markers import TrackedPoints
+from softmark.references.patch_test import PatchTest
 from softmark.references.pressed_layer import PressedLayer
 from softmark.references.prony import Prony
 from softmark.references.rucker_webster import RuckerWebster
@@ -98,6 +100,7 @@ REFERENCES: dict[str, type] = {
     "pressed_layer": PressedLayer,
     "cattaneo_mindlin": CattaneoMindlin,
     "signorini": Signorini,
+    "patch_test": PatchTest,
     "self_converged": SelfConverged,
     "surface": SurfaceScan,
     "markers": TrackedPoints,

@@ -10,7 +10,7 @@ KINDS: dict[How, Kind] = {
     "solved": "theory", "measured": "measurement", "refined": "own_models", "scanned": "virtual_scan",
 }  # fmt: skip
 About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere", "hole", "relaxing", "frame",
-                "column", "pressed_column", "slab", "disc", "pressed", "stopped"]  # fmt: skip
+                "column", "pressed_column", "slab", "disc", "pressed", "stopped", "stacked"]  # fmt: skip
 
 
 class Reference:
@@ -18,8 +18,8 @@ class Reference:
 
     `solved`: `solve(cantilever)` gives a CentreLine; so do others of what they are `about`: of a TwistedCylinder, a
     BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a PressedColumn, a Squeezed, a Pressed, a
-    StoppedBar or what makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface, MeasuredPoints, a
-    MeasuredCurve or a KnownValue.
+    StoppedBar, a Stack or what makes a Frame what that does. `measured`: `load()` gives a MeasuredSurface,
+    MeasuredPoints, a MeasuredCurve or a KnownValue.
     `refined`: from models of the scene that are refined, its `methods`. `scanned`: from the shape that the model `of`
     computes, which `load(points, triangles)` takes.
     """

@@ -111,11 +111,11 @@ class Signorini(Reference):
     Held at one end along its axis, pulled or pressed by a force at the other, it grows as far as the plane lets it:
     u = min(P L / (E A), gap), and the plane carries P - E A gap / L where it is met. A plane that is moved toward the
     bar presses it, and pressure is the same all over the face, as the patch test of contact asks (Taylor and
-    Papadopoulos 1991). Strain is small.
+    Papadopoulos 1991); of blocks that press each other that is `patch_test(...)`. Strain is small.
 
     It takes a box, a cylinder, or a rectangle in `plane_strain` or `axisymmetric`, one end held along its normal, sides
     free or on planes of symmetry; one `between` a rigid plane across the axis, or a box, and the body, without
-    friction; and at most a `traction` or a `total_force` on all of the end that meets it. With `poisson = 0` the end
+    friction; and at most a `traction` on all of the end that meets it. With `poisson = 0` the end
     may be `fixed`. Metrics `displacement`, `force`, `contact_area` and `contact_pressure` may be held against it.
     Source: Signorini 1933; Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """

@@ -25,7 +25,7 @@ NUMERICAL = {  # what of these is no part of the problem
     "analysis": ("step", "tolerance", "max_iterations"),
     "contact": ("distance", "stiffness", "parts", "reach"),
 }
-OF_CONTACT = ("pressed", "stopped")  # theories that know how far their forces may be off
+OF_CONTACT = ("pressed", "stopped", "stacked")  # theories that know how far their forces may be off
 MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 

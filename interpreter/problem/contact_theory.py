@@ -348,6 +348,7 @@ LEFT_OUT = {
     "series": "what the integral equation of the layer has",
     "pressure": "that the strip is not thick beside the width of contact",
     "strain": "that strain is not small",
+    "overhang": "that faces which narrow by different amounts stand over each other",
 }
 
 

@@ -148,7 +148,11 @@ class Round:
 
 def rectangular(case: Case) -> Rectangular | None:
     """The box of a case, or the rectangle of a plane one; None of any other body."""
-    shape: Any = case.shape
+    return rectangle(case.shape, case.body.thing.thickness if case.planar else 0.0, bool(case.depth))
+
+
+def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
+    """A box, or a slice so thick (m) of an upright rectangle, which may turn about y; None of any other shape."""
     if isinstance(shape, Box):
         return Rectangular(*shape.bounds)
     if isinstance(shape, Slice) and isinstance(shape.region, Quadrilateral):
@@ -162,8 +166,7 @@ def rectangular(case: Case) -> Rectangular | None:
             for x, y in corners
         )
         if straight:
-            half = 0.5 * case.body.thing.thickness
-            return Rectangular((left, below, -half), (right, above, half), True, bool(case.depth))
+            return Rectangular((left, below, -0.5 * thickness), (right, above, 0.5 * thickness), True, turns)
     return None
 
 

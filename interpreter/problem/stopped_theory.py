@@ -15,7 +15,7 @@ from softmark.solvers.mesh.instruments import HalfSpace
 from softmark.solvers.mesh.shape import dot, moved, with_coordinate
 
 PLANE = "use `half_space(...)` with its normal toward the bar, or a box that covers its end"
-LOADS = "at most one `traction(...)` or `total_force(...)` along the bar, on all of the end that meets the plane"
+LOADS = "at most one `traction(...)` along the bar, on all of the end that meets the plane"
 
 
 def bar_of(case: Case) -> StoppedBar:

@@ -104,6 +104,10 @@ def _problem(reference: Declared, case: Case) -> Any:
             from softmark.interpreter.problem.stopped_theory import bar_of as stopped_bar_of
 
             return stopped_bar_of(case)
+        case "stacked":
+            from softmark.interpreter.problem.patch_theory import stack_of
+
+            return stack_of(case)
         case "frame":
             from softmark.interpreter.problem.frame_problem import frame_of
 
@@ -139,6 +143,10 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
         from softmark.interpreter.problem import contact_theory
 
         return contact_theory.at_rest(reference, case, own)
+    if reference.thing.about == "stacked":
+        from softmark.interpreter.problem import patch_theory
+
+        return patch_theory.at_rest(case, own)
     if reference.thing.about in POROUS:
         from softmark.interpreter.problem import porous_theory
 
@@ -156,6 +164,11 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     """What it says of stress, as a model does; None of one that does not."""
     if not reference.thing.with_stress:
         return None
+    if reference.thing.about == "stacked":
+        from softmark.interpreter.problem import patch_theory
+
+        stacked = patch_theory.Told(found)  # type: ignore[arg-type]
+        return lambda: stacked
     from softmark.interpreter.problem.far_stress import Told
 
     told = Told(found)  # type: ignore[arg-type]
@@ -168,7 +181,7 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
         from softmark.interpreter.problem import porous_theory
 
         return porous_theory.doubt_of(found)
-    if reference.thing.about in CONTACT:
+    if reference.thing.about in (*CONTACT, "stacked"):
         from softmark.interpreter.problem import contact_theory
 
         return contact_theory.doubt_of(found)
@@ -185,7 +198,7 @@ def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
     if reference.thing.about == "inflation":
         limit = own.limit
         return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
-    if reference.thing.about in CONTACT:
+    if reference.thing.about in (*CONTACT, "stacked"):
         from softmark.interpreter.problem import contact_theory
 
         return contact_theory.facts_of(own)

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.records import dataclass
 
+REACH = 1e-2  # of the size: surfaces that are no farther apart are tied
+
 
 @dataclass(frozen=True)
 class Itself:

@@ -62,7 +62,6 @@ MEANT = {  # scenes about these warnings
     "ventricle-contracting": {"W312"},  # the coarsest of its meshes, from which finer ones start
     "pin-on-a-membrane": {"W312"},  # of a membrane, whose bending is next to nothing
     "pin": {"W312"},
-    "pressed-blocks": {"W312"},  # nothing bends: a uniform pressure
     "line-of-force": {"W312", "W335"},  # a slice in plane strain, one cell thick; half of a force
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 from softmark.interpreter.language import units
 from softmark.interpreter.models.shared.contacting import size_of
 from softmark.interpreter.problem.case import fault
+from softmark.interpreter.vocabulary.pairs import REACH
 from softmark.interpreter.vocabulary.pairs import Tied as TiedWord
 from softmark.solvers.contact.colliding import Colliding, NoToolkit, toolkit
 from softmark.solvers.contact.skin import Skin, others, pieces_of, skin_of
@@ -25,7 +26,6 @@ THIN = 1e-3  # of the size of a body: where the barrier begins
 SOFT = 0.1  # of Young's modulus: the stiffness of the barrier
 STRAIGHT, CURVED = 3, 4  # parts of a side of a facet with nodes at its corners alone, and of others
 STIFF = 1e4  # times Young's modulus over the size of a body: a joint
-REACH = 1e-2  # of the size: surfaces that are no farther apart lie on each other
 CLOSE = 1e-8  # of the size: surfaces that are nearer touch
 
 

@@ -1,0 +1,442 @@
+"""From a scene to the stack of blocks that the patch test of contact is about, and what it says of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.sides import Rectangular, rectangle
+from softmark.interpreter.results.reactions import AtRest, Reaction
+from softmark.interpreter.results.reactions import Touch as Touched
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.courses import in_full
+from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile
+from softmark.interpreter.vocabulary.pairs import REACH, Itself
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Symmetric
+from softmark.records import dataclass
+from softmark.references.cantilever import Refused, Vector
+from softmark.references.patch_test import Block, Joint, PressedStack, Solid, Stack
+from softmark.solvers.materials.neo_hookean import NeoHookean
+from softmark.solvers.mesh.apart import Apart
+from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+from softmark.solvers.stresses.without_cells import WithoutCells
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.mesh.mesh import Floats
+    from softmark.solvers.stresses.measures import Tensors
+else:
+    from softmark.solvers.base.deferred import np
+
+SAME = 1e-9  # of the size: what is less is no difference
+WITHIN = 1e-6  # of the length of a block: how far from its ends what is asked of its sides alone is looked at
+EVERYWHERE, NOWHERE = (False, True), (True, False)  # of a condition over a box
+PIECES = "use `apart(...)` of boxes, or of upright rectangles, of one section along one axis"
+ENDS = "hold one end along its normal, move the other along it or load all of it"
+SIDES = "leave sides free, or hold one along its normal alone: `symmetric(...)`"
+LOADS = "a `traction(...)`, `tension(...)` or `pressure(...)` along the axis, on all of the end that is not held"
+ALIKE = "use one material, or `poisson = 0`"
+NONE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Piled:
+    """The blocks of a case along an axis, in their order there; `first` is the number of what the scene says first."""
+
+    case: Case
+    blocks: tuple[Rectangular, ...]
+    way: int
+    first: int
+
+    @property
+    def whole(self) -> Rectangular:
+        """What they span."""
+        return replace(self.blocks[0], high=self.blocks[-1].high)
+
+    @property
+    def extent(self) -> float:
+        """Its diagonal, m."""
+        return self.case.shape.diagonal
+
+    @property
+    def across(self) -> tuple[int, ...]:
+        """Directions of x, y and z in which they may narrow."""
+        return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.whole.flat))
+
+    def normal(self, end: int) -> Vector:
+        """Unit vector, out of the low (0) or the high end."""
+        return self.whole.outward(self.way, end)
+
+    def faces(self, number: int) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
+        """Corners of the two faces of the joint above a block, m."""
+        below, above = self.blocks[number], self.blocks[number + 1]
+        return ((with_coordinate(below.low, self.way, below.high[self.way]), below.high),
+                (above.low, with_coordinate(above.high, self.way, above.low[self.way])))  # fmt: skip
+
+    def ends(self, where: Any) -> set[int]:
+        """Which ends of the stack a condition selects, whole and nothing else."""
+        return self.whole.taken(where, self.way)
+
+
+def stack_of(case: Case) -> Stack:
+    """The stack of a case. Raises Refused where an assumption is broken."""
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+    if case.planar == "plane_stress":
+        raise Refused("its body is in plane stress", "use `plane_strain(...)`, or a solid")
+    piled = piled_of(case)
+    solids = tuple(_solid(piled, i) for i in range(len(piled.blocks)))
+    joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
+    ends, mirrors = _held(piled, solids)
+    loaded, traction, pressure = _loaded(piled, ends)
+    if None in ends and not loaded:
+        raise Refused("nothing moves or loads its other end", ENDS)
+    roots = _roots(piled, joints, mirrors, solids)
+    _must_narrow_alike(piled, joints, solids, roots)
+    blocks = tuple(
+        Block(block.low[piled.way], block.high[piled.way], solid, root)
+        for block, solid, root in zip(piled.blocks, solids, roots, strict=True)
+    )
+    whole = piled.whole
+    found = Stack(blocks, joints, piled.way, piled.across, whole.low, whole.high, whole.area(piled.way), whole.turns,
+                  ends, traction, pressure)  # fmt: skip
+    _must_meet(found)
+    return found
+
+
+def _must_meet(stack: Stack) -> None:
+    """Raises Refused where it is not told how blocks lie, or where nothing of them would be left."""
+    if None in stack.ends:
+        if stack.touching and stack.traction - stack.pressure >= 0.0:
+            raise Refused("its load does not press the blocks together", "load it inward, or glue them: `tied(...)`")
+        return
+    open_ones = sum(not joint.glued for joint in stack.joints)
+    if stack.grown >= 0.0 and open_ones > 1:
+        travel, gaps = (units.show(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
+        raise Refused(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that blocks"
+                      " between them are free", "move an end by more")  # fmt: skip
+    if stack.grown <= -sum(block.length for block in stack.blocks):
+        raise Refused("its ends come nearer by more than it is long", "move an end by less")
+
+
+# ------------------------------------------------------------------ the blocks
+
+
+def piled_of(case: Case) -> Piled:
+    """The blocks of a case, in their order along the axis. Raises Refused where they are none of one section."""
+    name = case.body.name
+    if not isinstance(case.shape, Apart):
+        raise Refused(f"`{name}` is in one piece", PIECES)
+    thickness = case.body.thing.thickness if case.planar else 0.0
+    found = [rectangle(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
+    blocks = [block for block in found if block is not None]
+    if len(blocks) < len(found):
+        raise Refused(f"`{name}` has pieces that are no boxes and no upright rectangles", PIECES)
+    near = SAME * case.shape.diagonal
+    first = blocks[0]
+    ways = {
+        c for block in blocks for c in range(3)
+        if abs(block.low[c] - first.low[c]) > near or abs(block.high[c] - first.high[c]) > near
+    }  # fmt: skip
+    if len(ways) != 1:
+        raise Refused(f"the pieces of `{name}` do not lie end to end with one section", PIECES)
+    way = ways.pop()
+    if case.depth and way != 1:
+        raise Refused(f"the pieces of `{name}` lie around each other", "put them on each other along y")
+    order = sorted(blocks, key=lambda block: block.low[way])
+    if any(a.high[way] > b.low[way] + near for a, b in pairwise(order)):
+        raise Refused(f"pieces of `{name}` overlap", PIECES)
+    return Piled(case, tuple(order), way, order.index(first))
+
+
+def _pieces(shape: Any) -> tuple[Any, ...]:
+    """Its shapes, in the order of the scene."""
+    if not isinstance(shape, Apart):
+        return (shape,)
+    return tuple(piece for half in shape.pair for piece in _pieces(half))
+
+
+def _sides(piled: Piled, number: int) -> Rectangular:
+    """A block without its ends, which other blocks may touch."""
+    block, way = piled.blocks[number], piled.way
+    a, b = block.low[way], block.high[way]
+    off = WITHIN * (b - a)
+    return replace(block, low=with_coordinate(block.low, way, a + off), high=with_coordinate(block.high, way, b - off))
+
+
+def _solid(piled: Piled, number: int) -> Solid:
+    """What a block is made of. Raises Refused."""
+    case, inner = piled.case, _sides(piled, number)
+    material = case.material
+    for part, own in zip(case.parts, case.materials[1:], strict=True):
+        where = part.thing.where
+        selected = NOWHERE if where is None or where.groups else where.over(inner.low, inner.high, piled.extent)
+        if selected == EVERYWHERE:
+            material = own
+        elif selected != NOWHERE or where is None or where.groups:
+            raise Refused(f"the part `{part.name}` is no whole block", "a part is one block, or several")
+    if hasattr(material, "passive"):
+        raise Refused(f"`{case.body.name}` is of a material that pulls", "use one that is at rest")
+    nu = float(material.poisson)
+    young = 2.0 * float(material.shear_modulus) * (1.0 + nu)
+    free = 1 if case.planar == "plane_strain" else 2
+    return Solid(young, nu, isinstance(material, NeoHookean), free)
+
+
+def _joint(piled: Piled, number: int) -> Joint:
+    """What is between a block and the next. Raises Refused unless one contact meets all of it."""
+    low, high = piled.blocks[number], piled.blocks[number + 1]
+    gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
+    met = _meeting(piled, number)
+    if len(met) != 1:
+        between = f"the joint at {'xyz'[piled.way]} = {units.show(low.high[piled.way], units.LENGTH)}"
+        count = f"{len(met)} contacts meet" if met else "no contact meets"
+        raise Refused(f"{count} {between}", "one `itself(...)` or `tied(...)` for each joint, on all of both faces")
+    thing = met[0].thing
+    if isinstance(thing, Itself):
+        if gap <= SAME * piled.extent:
+            raise Refused(f"`{met[0].name}` has no gap to close", "leave one between the blocks, or use `tied(...)`")
+        return Joint(gap)
+    if gap > (thing.reach or REACH * piled.extent):
+        raise Refused(f"`{met[0].name}` does not reach across the joint", "put the blocks on each other")
+    return Joint(gap, glued=True)
+
+
+def _meeting(piled: Piled, number: int) -> list[Declared]:
+    """The contacts that take the joint above a block. Raises Refused where one takes a part of it."""
+    found = []
+    for pair in piled.case.pairs:
+        each = {pair.thing.where.over(*face, piled.extent) for face in piled.faces(number)}
+        if each == {EVERYWHERE}:
+            found.append(pair)
+        elif each != {NOWHERE}:
+            raise Refused(f"`{pair.name}` takes a part of a joint alone", "select both of its faces whole")
+    return found
+
+
+# ------------------------------------------------------------------ what holds and loads it
+
+
+def _held(
+    piled: Piled, solids: tuple[Solid, ...]
+) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
+    """By how much its ends are moved along the axis, m, and sides that are held: block, way, end. Raises Refused."""
+    ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
+    for support in piled.case.named_supports:
+        thing, by = in_full(support.thing), support.thing.imposed
+        if not isinstance(thing, Fixed | Displaced | Symmetric):
+            raise Refused(f"the support `{support.name}` does not hold one end or one side", ENDS)
+        along_it = [c for c in thing.components if c in piled.across]
+        if any(by[c] for c in along_it):
+            raise Refused(f"the support `{support.name}` moves it across its axis", ENDS)
+        taken = piled.ends(thing.where)
+        if not taken:
+            mirrors |= _mirrors(piled, support, thing)
+            continue
+        for end in taken:
+            if along_it and solids[-end].poisson:
+                raise Refused(f"the end that `{support.name}` holds cannot grow narrower or wider",
+                              "hold it along its normal alone, so that it slides")  # fmt: skip
+            if piled.way in thing.components:
+                if end in ends:
+                    raise Refused(f"`{support.name}` holds an end that is held", "hold each end once")
+                ends[end] = by[piled.way]
+    if not ends:
+        raise Refused("no end is held along its normal", ENDS)
+    return (ends.get(0), ends.get(1)), mirrors
+
+
+def _mirrors(piled: Piled, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
+    """Sides that a support holds along their normal, of all the blocks that it takes. Raises Refused."""
+    found = set()
+    for i in range(len(piled.blocks)):
+        side = _sides(piled, i)
+        if thing.where.over(side.low, side.high, piled.extent) == NOWHERE:
+            continue
+        c = thing.components[0]
+        taken = side.taken(thing.where, c) if len(thing.components) == 1 and c in piled.across else set()
+        if len(taken) != 1:
+            raise Refused(f"the support `{support.name}` holds what is no end and no side", SIDES)
+        end = taken.pop()
+        if piled.whole.turns and (end or side.low[0] > SAME * piled.extent):
+            raise Refused(f"`{support.name}` keeps it from growing around its axis", "leave its sides free")
+        found.add((i, c, end))
+    return found
+
+
+def _roots(piled: Piled, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
+           solids: tuple[Solid, ...]) -> tuple[Vector, ...]:  # fmt: skip
+    """What of each block stays where it is across: planes of symmetry, those of glued ones too, or its middle, m."""
+    found = []
+    for i, block in enumerate(piled.blocks):
+        root = with_coordinate(block.middle, 0, 0.0) if block.turns else block.middle
+        for c in piled.across:
+            held = {end for j, way, end in mirrors if way == c and _one(joints, i, j)}
+            if len(held) > 1 and solids[i].poisson:
+                raise Refused(f"it cannot grow along {'xyz'[c]}", SIDES)
+            if held and not block.turns:
+                root = with_coordinate(root, c, (block.high if held.pop() else block.low)[c])
+        found.append(root)
+    return tuple(found)
+
+
+def _one(joints: tuple[Joint, ...], a: int, b: int) -> bool:
+    """Whether all is glued between two blocks."""
+    return all(joint.glued for joint in joints[min(a, b) : max(a, b)])
+
+
+def _must_narrow_alike(piled: Piled, joints: tuple[Joint, ...], solids: tuple[Solid, ...],
+                       roots: tuple[Vector, ...]) -> None:  # fmt: skip
+    """Raises Refused where a joint keeps faces together that would narrow by different amounts."""
+    for i, joint in enumerate(joints):
+        pair = _meeting(piled, i)[0]
+        friction = getattr(pair.thing, "friction", 0.0)
+        if not (joint.glued or friction) or not (solids[i].poisson or solids[i + 1].poisson):
+            continue
+        alike = all(roots[i][c] == roots[i + 1][c] for c in piled.across)
+        if solids[i] != solids[i + 1] or not alike:
+            how = f"has friction of {friction:g}" if friction else "glues"
+            remedy = ALIKE + (", or leave `friction` out" if friction else ", or let them touch: `itself(...)`")
+            raise Refused(f"`{pair.name}` {how} between blocks that narrow by different amounts", remedy)
+
+
+def _loaded(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
+    """Whether an end is loaded, its traction outward and the pressure on it, Pa. Raises Refused."""
+    traction, pressure = 0.0, 0.0
+    for load in piled.case.loads:
+        action = load.thing.action
+        taken = piled.ends(action.where) if isinstance(action, PerArea | Tensile | Follower) else set()
+        if len(taken) != 1 or ends[end := taken.pop()] is not None:
+            raise Refused(f"the load `{load.name}` is none on all of the end that is not held", LOADS)
+        if isinstance(action, Follower):
+            pressure += action.pressure
+            continue
+        n = piled.normal(end)
+        vector = action.traction if isinstance(action, PerArea) else _across(action, n)
+        along = dot(vector, n)
+        if math.hypot(*moved(vector, (-along, n))) > SAME * math.hypot(*vector):
+            raise Refused(f"the load `{load.name}` does not act along the axis", LOADS)
+        traction += along
+    return bool(piled.case.loads), traction, pressure
+
+
+def _across(action: Tensile, n: Vector) -> Vector:
+    """What a tension exerts on a face with that normal, Pa."""
+    return moved(NONE, (action.stress * dot(action.direction, n), action.direction))
+
+
+# ------------------------------------------------------------------ what it says
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """The pressure on the faces that a contact keeps apart."""
+
+    piled: Piled
+    joints: Mapping[int, float]  # of the joint above each of these blocks, Pa
+
+    def pressures(self, X: Any) -> Any:
+        """At material points X (n, 3), m: Pa (n,). Not a number where one is on no such face."""
+        found, near = np.full(len(X), math.nan), WITHIN * self.piled.extent
+        for number, pressure in self.joints.items():
+            for low, high in self.piled.faces(number):
+                on = np.all((np.array(low) - near <= X) & (np.array(high) + near >= X), axis=1)
+                found[on] = pressure
+        return found
+
+    @property
+    def at_nodes(self) -> Mapping[str, Any]:
+        """Nothing: there is no mesh."""
+        return {}
+
+
+def at_rest(case: Case, found: PressedStack) -> AtRest:
+    """What it says of forces; of energies it says nothing."""
+    piled, stack = piled_of(case), found.stack
+    reactions, touches = {}, {}
+    unknown = math.nan, math.nan, math.nan
+    for support in case.supports:
+        taken = piled.ends(support.thing.where)
+        holds = [end for end in taken if piled.way in support.thing.components]
+        if support not in case.named_supports:  # what keeps a slice in its plane
+            reactions[support.name] = Reaction(unknown, unknown, piled.whole.middle, unknown)
+            continue
+        total, moment = NONE, NONE
+        for end in holds:
+            force = moved(NONE, (found.pull, piled.normal(end)))
+            total, moment = moved(total, (1.0, force)), moved(moment, (1.0, cross(_end(piled, found, end), force)))
+        at = _end(piled, found, holds[0]) if holds else piled.whole.middle
+        own = moved(moment, (-1.0, cross(at, total)))
+        reactions[support.name] = Reaction(total, moment, at, own)
+    for pair in case.pairs:
+        numbers = [i for i in range(len(stack.joints)) if pair in _meeting(piled, i)]
+        reactions[pair.name] = _carried(piled, found, numbers)
+        if isinstance(pair.thing, Itself):
+            pressures = {i: found.push / found.touched(i) if found.push else 0.0 for i in numbers}
+            touches[pair.name] = Touched(sum(map(found.touched, numbers)), max(pressures.values(), default=0.0),
+                                         found.left, field=Pressing(piled, pressures))  # fmt: skip
+    work = {load.name: None for load in case.loads}
+    return AtRest(reactions, work, math.nan, touches=touches, off=sum(map(abs, found.off.values())))
+
+
+def _carried(piled: Piled, found: PressedStack, numbers: list[int]) -> Reaction:
+    """What a contact does to all blocks but the first of the scene, through the joints above some blocks."""
+    total, moment, at = NONE, NONE, piled.whole.middle
+    for number in numbers:
+        if piled.first not in (number, number + 1):
+            continue  # both sides are among the others
+        at = _joint_middle(piled, found, number)
+        force = moved(NONE, (found.pull, piled.normal(1 if piled.first == number + 1 else 0)))
+        total, moment = moved(total, (1.0, force)), moved(moment, (1.0, cross(at, force)))
+    return Reaction(total, moment, at, moved(moment, (-1.0, cross(at, total))))
+
+
+def _end(piled: Piled, found: PressedStack, end: int) -> Vector:
+    """The middle of an end, m: as it is deformed of neo-Hookean blocks, at rest of Hooke's."""
+    return _placed(found, piled.whole.centre(piled.way, end), -end)
+
+
+def _joint_middle(piled: Piled, found: PressedStack, number: int) -> Vector:
+    """The middle of the upper face of a block, m, as for ends."""
+    return _placed(found, piled.blocks[number].centre(piled.way, 1), number)
+
+
+def _placed(found: PressedStack, at: Vector, number: int) -> Vector:
+    if not found.stack.blocks[number].solid.large:
+        return at
+    x, y, z = found.displacement(np.array([at]))[0].tolist()
+    return moved(at, (1.0, (x, y, z)))
+
+
+@dataclass(frozen=True)
+class Told(WithoutCells):
+    """Its stress, as metrics ask it of a model."""
+
+    theory: PressedStack
+
+    def at(self, X: Floats) -> Tensors:
+        """At points X (n, 3) of the undeformed body."""
+        from softmark.solvers.stresses.measures import Tensors
+        from softmark.solvers.stresses.sampled import SYMMETRIC
+
+        H, sigma = self.theory.fields(X)
+        small = not any(block.solid.large for block in self.theory.stack.blocks)
+        return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), small)
+
+    @property
+    def usual(self) -> tuple[float, float, float]:
+        """The norms of stress, Pa, of strain and of the stress deviator, Pa, in the mean square over the body."""
+        blocks, way = self.theory.stack.blocks, self.theory.stack.way
+        middles = np.array([with_coordinate(block.root, way, 0.5 * (block.low + block.high)) for block in blocks])
+        H, sigma = self.theory.fields(middles)
+        deviator = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0
+        share = np.array([block.length for block in blocks])
+        x, y, z = (float(np.sqrt(np.average((T**2).sum(axis=(1, 2)), weights=share))) for T in (sigma, H, deviator))
+        return x, y, z
