@@ -21,6 +21,7 @@ else:
     from softmark.references.deferred import np
 
 STEPS = 100  # of Newton's method, which needs about 5
+JUST = 1e-12  # of the length: blocks that are pressed by no more only touch, for coordinates are rounded
 CLOSE = 1e-12  # relative: a step after which the next is rounding
 TOO_FAR = "it is pressed by more than its law holds", "press it by less"
 
@@ -184,7 +185,7 @@ class Stack:
         """Along the axis, per area at rest, the same everywhere, Pa. Raises Refused."""
         if None in self.ends:
             return self.blocks[0 if self.ends[0] is None else -1].solid.under(self.traction, self.pressure)
-        if self.touching and self.grown >= 0.0:
+        if self.touching and self.grown >= -JUST * (self.blocks[-1].high - self.blocks[0].low):
             return 0.0
         soft = sum(block.length / block.solid.modulus for block in self.blocks)
 

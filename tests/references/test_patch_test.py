@@ -107,6 +107,14 @@ def test_a_gap_that_is_not_closed() -> None:
     assert moved == pytest.approx(np.array([[0.0, 0.0, 1e-5], [0.0, 0.0, -4e-5]]), abs=1e-18)
 
 
+def test_blocks_that_only_touch_do_not_press() -> None:
+    """A travel of the gap, or by rounding more: 1e-17 m would be a push that is nothing else than rounding."""
+    for more in (0.0, 1e-17):
+        found = solved(stack(HOOKE, HOOKE, ends=(0.0, -1e-4 - more)))
+        assert (found.stress, found.area) == (0.0, 0.0)
+        assert found.left == pytest.approx(0.0, abs=1e-16)
+
+
 def test_gradients_are_those_of_displacements_and_work_is_force_times_way() -> None:
     """By central differences, 1e-9; dW/dd of the stack is the push: P is the slope of the energy of its law."""
     found = solved(stack(RUBBER, RUBBER, ends=(0.0, -4e-3)))
