@@ -38,7 +38,7 @@ from softmark.references.values import GivenValues
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
-    found: list[Diagnostic] = [*states.faults(scene), *_given_values(scene), *_turning(scene)] if complete else []
+    found: list[Diagnostic] = [*states.faults(scene), *_given_values(scene)] if complete else []
     where = states.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(where, found)
@@ -425,13 +425,6 @@ def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         from softmark.interpreter.front import afloat, impacts, rubbing
 
         yield from (*afloat.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
-
-
-def _turning(scene: Scene) -> Iterator[Diagnostic]:
-    if scene.of_kind("contact"):
-        from softmark.interpreter.front import rubbing
-
-        yield from rubbing.turned(scene)
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:

@@ -60,7 +60,8 @@ def _farthest(scene: Scene, support: Declared) -> float:
         each = [in_state(scene, i).declared[support.name].thing.angle for i in range(len(states_of(scene)))]
     except Unreadable:  # a table, of which more is said elsewhere
         return 0.0
-    return max(abs(b - a) for a, b in pairwise([0.0, *(each or [support.thing.angle])]))
+    most: float = max(abs(b - a) for a, b in pairwise([0.0, *(each or [support.thing.angle])]))
+    return most
 
 
 def _rubbing(scene: Scene) -> list[Declared]:

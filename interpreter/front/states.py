@@ -67,6 +67,10 @@ def _driven(scene: Scene) -> list[Declared]:
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
     states = states_of(scene)
+    if scene.of_kind("contact"):
+        from softmark.interpreter.front.rubbing import turned
+
+        yield from turned(scene)
     yield from _number(scene, states)
     yield from _muscles(scene, states)
     yield from _loops(scene, states)
