@@ -286,10 +286,6 @@ class Pressing:
         across = off - np.outer(off @ np.array(self.normal), self.normal)
         return self.theory.pressure(np.linalg.norm(across[:, :2] if self.flat else across, axis=1))
 
-    def values(self, name: str, X: Any) -> Any:
-        """The same: there is nothing else."""
-        return self.pressures(X)
-
     @property
     def at_nodes(self) -> Mapping[str, Any]:
         """Nothing: there is no mesh."""

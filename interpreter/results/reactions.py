@@ -123,9 +123,6 @@ class Pressed(Protocol):
     def pressures(self, X: NDArray[np.float64]) -> NDArray[np.float64]:
         """At material points X (n, 3), m: Pa (n,). Not a number where one is not on the surface."""
 
-    def values(self, name: str, X: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The same of any of `at_nodes`, in its unit."""
-
     @property
     def at_nodes(self) -> Mapping[str, NDArray[np.float64]]:
         """`pressure`, Pa, and `gap`, m, at all nodes of the mesh (n,): nothing and not a number beyond the surface.

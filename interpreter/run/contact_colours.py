@@ -43,7 +43,7 @@ def colours_of_contacts(scene: Scene, view: View, X: Floats) -> Iterator[Carried
             continue
         words, unit = WORDS[number]
         known = CarriedNumber(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
-        field = touches[contact].field if contact in touches else None
+        field: Any = touches[contact].field if contact in touches else None  # of a model: it has values at nodes
         if field is None or number not in field.at_nodes:
             yield replace(known, reason=f"nothing is known of `{contact}` from place to place")
             continue
