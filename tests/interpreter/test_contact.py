@@ -100,6 +100,50 @@ def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: fl
     assert said in str(found.message)
 
 
+REGION = "quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 20, 0) mm, (0, 20, 0) mm), gel"
+SMALL = {  # what fits in between the nodes of cells of 10 mm: rigid bodies of all kinds, the middle of some in a hollow
+    "disc": "cylinder(radius = 0.5 mm, length = 40 mm, axis = +z, origin = (5.3, 20.7, -20) mm)",
+    "tube": "tube(radius = 0.5 mm, inner = 0.45 mm, length = 40 mm, axis = +z, origin = (5.3, 20.7, -20) mm)",
+    "sphere": "sphere(radius = 0.5 mm, origin = (5.3, 20.7, 0) mm)",
+    "angle": "extruded(corners = [(5, 20.2), (6, 20.2), (6, 20.3), (5.1, 20.3), (5.1, 21.2), (5, 21.2)] mm, "
+    "height = 40 mm, base = -20 mm)",
+    "frame": "difference(box(size = (1, 1, 40) mm, origin = (5, 20.2, -20) mm), "
+    "box(size = (0.8, 0.8, 80) mm, origin = (5.1, 20.3, -40) mm))",
+    "ring": "tube(radius = 5.5 mm, inner = 4.5 mm, length = 1 mm, axis = +y, origin = (0, 20.2, 0) mm)",
+    "pointed ring": "revolved(corners = [(4.5, 0), (5.5, 0), (5, 1)] mm, axis = +y, origin = (0, 20.2, 0) mm)",
+}
+
+
+@pytest.mark.parametrize(
+    ("body", "tool", "element"),
+    [
+        *[(f"plane_strain({REGION}, thickness = 3 mm)", name, "quad4") for name in SMALL if "ring" not in name],
+        (f"plane_stress({REGION}, thickness = 3 mm)", "disc", "tri3"),
+        (f"plane_stress({REGION}, thickness = 3 mm)", "angle", "tri3"),
+        *[(f"axisymmetric({REGION})", name, "quad4") for name in SMALL if "ring" in name],
+        ("solid(box(size = (20, 20, 20) mm, origin = (0, 0, -10) mm), gel)", "small ring", "hex8"),
+    ],
+)
+def test_nor_is_one_that_comes_to_lie_in_its_plane(body: str, tool: str, element: str) -> None:
+    """It was told as converged with no force: nothing pressed on it there, and no node and no facet was behind it."""
+    small = "tube(radius = 0.5 mm, inner = 0.4 mm, length = 1 mm, axis = +y, origin = (6.2, 20.2, 1.2) mm)"
+    text = f"""softmark 1
+    material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+    body     block = {body}
+    body     tool  = rigid({SMALL.get(tool, small)})
+    support  floor = fixed(block, where = y <= 0 mm)
+    support  hand  = displaced(tool, by = (0, {{by}}, 0) mm)
+    contact  touch = between(tool, block)
+    model    cells = fem({element}, size = 10 mm, strain = finite)
+    metric   push  = force(touch, along = -y)
+    """
+    found = loads(text.format(by=-5)).run().models["cells"]
+    assert found.status == "failed"
+    assert "`tool` is inside `block`: it went in between the points that are kept clear" in str(found.message)
+    assert "take cells that are smaller than it" in str(found.message)
+    assert loads(text.format(by=-0.1)).run().models["cells"].status == "converged"  # which does not touch
+
+
 def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
     """Whole steps led past it, to where it hung below with no force on it: of 5 mm to 0.05 mm.
 
