@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from softmark.interpreter.evidence.load_check import selected
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.models.shared.contacting import barrier_of, inner_steps
-from softmark.solvers.checks import cuts, solids, touching
+from softmark.solvers.checks import cuts, solids, touching, within
 from softmark.solvers.checks.rubbing import taken
 from softmark.solvers.checks.solids import EPS, Floats, Ints
 from softmark.solvers.contact.gaps import gap_of
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
 ROUND = 1e-9  # of a shape function: what is less is nothing
 CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
 MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
-SURROUNDED = 1.0  # of the solid angle that a closed surface fills, 0 from outside: pi / 2 from a corner between mirrors
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -98,17 +98,44 @@ def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
 
 
 def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
-    """Whether the middle of a rigid body that has one lies in the body: no node and no facet is behind it then."""
-    shape, facets = touch.rigid.thing.shape, np.asarray(mesh.mesh.facets)
-    gap = gap_of(shape)
-    middle = None if gap is None or case.planar or case.depth else gap.centroid
-    if middle is None:
+    """Whether a rigid body lies in the body, where no node and no facet is behind it.
+
+    Its middle does; where that is in a hollow of it, all of its surface.
+    """
+    gap = gap_of(touch.rigid.thing.shape)
+    if gap is None or gap.centroid is None:
         return False
-    if _asked(_distance(shape), np.array([middle]))[0][0] >= 0.0:  # in a hollow of it
-        return False
-    triangles = (mesh.points + u)[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
-    angle = touching.solid_angle(taken(np.array([middle]), *motion(touch)), triangles)
-    return bool(abs(angle[0]) > SURROUNDED)
+    look, inside = _where(touch), _matter(case, mesh, u)
+    middle = _flat(case, taken(np.array([gap.centroid]), *motion(touch)))
+    if _asked(look, middle)[0][0] < 0.0:
+        return inside(middle[0])
+    low, high = _ends(touch)
+    places = within.skin(partial(_asked, look), low, high, bool(case.planar))
+    if case.depth:  # of both sides of the axis one
+        places[:, 0] = np.abs(places[:, 0])
+    return bool(len(places)) and all(map(inside, places))
+
+
+def _matter(case: Case, mesh: Moved, u: Floats) -> Callable[[Floats], bool]:
+    """Whether a point (3,), m, is in the body, deformed; of one that is plane, or of revolution, by its section."""
+    facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
+    if case.planar:  # one face of the slice
+        z = mesh.points[:, 2]
+        facets = facets[z[facets].max(axis=1) < 0.5 * (z.min() + z.max())]
+    triangles = x[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
+    if case.planar:
+        return lambda p: within.in_plane(p[:2], triangles[..., :2])
+    return lambda p: within.in_space(p, triangles)
+
+
+def _ends(touch: Touch) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates of a rigid body where supports have taken it, m, or farther out."""
+    shape = touch.rigid.thing.shape
+    if (ends := shape.bounds) is None:
+        points = shape.surface(0.0)[0]
+        ends = points.min(axis=0), points.max(axis=0)
+    corners = taken(np.array(list(product(*zip(*ends, strict=True)))), *motion(touch))
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:

@@ -182,13 +182,17 @@ def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
     return best, np.sqrt(far)
 
 
-def solid_angle(x: Floats, X: Floats) -> Floats:
-    """The solid angle that a closed surface fills seen from points (n,): 4 pi from within."""
+def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
+    """The solid angle that a closed surface fills seen from points (n,): 4 pi from within.
+
+    Of triangles (t, 3, 3) whose planes points are in, `on` being the sine of an angle above them, nothing is seen.
+    """
     a, b, c = (X[None, :, i] - x[:, None] for i in range(3))
     p, q, r = (np.sqrt((v**2).sum(axis=2)) for v in (a, b, c))
     triple = (a * np.cross(b, c)).sum(axis=2)
     below = p * q * r + (a * b).sum(axis=2) * r + (b * c).sum(axis=2) * p + (c * a).sum(axis=2) * q
-    found: Floats = 2.0 * np.arctan2(triple, below).sum(axis=1)
+    seen = np.abs(triple) > on * p * q * r
+    found: Floats = 2.0 * np.where(seen, np.arctan2(triple, below), 0.0).sum(axis=1)
     return found
 
 

@@ -34,25 +34,27 @@ def place(contact: Touching, x: Floats) -> Place:
     return Place(body, X, body.gap(X))
 
 
-def in_front(contacts: Sequence[Touching], x: Floats, d: Floats) -> float:
-    """The part of a motion d (dofs,) from x, at most 1, that leads no point through a rigid body, by halves.
+def in_front(contacts: Sequence[Touching], x: Floats, d: Floats, to: Sequence[Touching] | None = None) -> float:
+    """The part of a motion d (dofs,) from x, at most 1, that leads no point through a rigid body, by halves; 0: none.
 
-    All of it where no small part does: what lies that near to a sharp edge is on either side of it at once.
+    Rigid bodies go to where they are in the contacts `to`, whatever the part; without these they stay.
     """
-    known = [(c, place(c, x)) for c in contacts if _may(c, x, d)]
+    ends = contacts if to is None else to
+    known = [(place(c, x), end) for c, end in zip(contacts, ends, strict=True) if _may(c, end, x, d)]
     length = 1.0
     while length > SHORTEST:
-        if not any(through(start, place(c, x + length * d)) for c, start in known):
+        if not any(through(start, place(end, x + length * d)) for start, end in known):
             return length
         length *= 0.5
-    return 1.0
+    return 0.0
 
 
-def _may(contact: Touching, x: Floats, d: Floats) -> bool:
+def _may(start: Touching, end: Touching, x: Floats, d: Floats) -> bool:
     """Whether a motion is long enough to lead through, and there is another side."""
-    way = contact.places(x + d) - contact.places(x)
+    way = end.places(x + d) - start.places(x)
     far = float(np.sqrt(np.einsum("ni,ni->n", way, way).max(initial=0.0)))
-    return far > contact.barrier.distance and inside(declared(contact.body)) < np.inf
+    moves = start.body is not end.body
+    return (moves or far > start.barrier.distance) and inside(declared(start.body)) < np.inf
 
 
 def through(start: Place, end: Place) -> bool:

@@ -47,6 +47,7 @@ class Touching(Energy):
     shares: Any = None  # (p, a)
     at_rest: Any = None  # (p, 3) m: where the points are
     facing: Any = None  # `cutting.Facets`: what may cut in between points: not looked at where it is not given
+    skin: Any = None  # `passing.Skin`: all that its body may be gone through; not looked at where it is not given
     extra: Joined | None = None  # the last ones of the points, which have joined the others, in front of planes
 
     def __post_init__(self) -> None:

@@ -98,7 +98,7 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
     if unstable is not None and problem.grounded:
         found = _beside(problem, history, systems, unstable)
     else:
-        found = _careful(problem, history, systems)
+        found = _careful(problem, history, systems, problem.rubs and _free in ways)
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
 
@@ -258,9 +258,13 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 # --------------------------------------------------------- decreasing energy, loads in steps
 
 
-def _careful(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _careful(problem: Statics, history: list[Iteration], systems: Systems, tried: bool = False) -> Equilibrium:
+    """By loads that grow as far as an equilibrium is found; of all at once from rest, unless that was `tried` before.
+
+    Raises NotConverged.
+    """
     newton = Newton(problem, history, systems, "careful")
-    x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, 0
+    x, load, step, steps, wasted = problem.rest, 0.0, (0.5 if tried else 1.0) * problem.longest, 0, 0
     while load < 1.0:
         target, before = min(1.0, load + step), len(history)
         try:

@@ -95,30 +95,31 @@ class Newton:
         return y
 
     def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
-        """A motion d, or what of it leads to where nothing meets, as loads go on. Raises NotConverged where supports
-        move so far, or through a rigid body."""
-        limit, moves = self.assembly.limit(x, d), bool(np.any(d[self.problem.fixed]))
-        if moves and (limit < 1.0 or self._through(x, d, load, to)):
+        """A motion d, or what of it leads to where nothing meets, as rigid bodies go on from one load to another.
+
+        Raises NotConverged where supports move so far, and where points would be on the other side of a rigid body
+        whatever they do.
+        """
+        part = self._ahead(x, d, load, to)
+        if part == 0.0 or (part < 1.0 and np.any(d[self.problem.fixed])):
             raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
-        return d if limit == 1.0 else limit * d
-
-    def _through(self, x: Floats, d: Floats, load: float, to: float) -> bool:
-        """Whether a motion d leads through rigid bodies, which go from where they are at one load to another."""
-        if not self.problem.beside:
-            return False
-        from softmark.solvers.contact.through import place, through
-
-        each = zip(self._driven(load), self._driven(to), strict=True)
-        return any(through(place(here, x), place(there, x + d)) for here, there in each)
+        return d if part == 1.0 else part * d
 
     def _front(self, x: Floats, d: Floats, load: float) -> float:
-        """The part of a motion d, at most 1, before surfaces meet, and through no rigid body."""
+        """The part of a motion d, at most 1, before surfaces meet, and through no rigid body.
+
+        All of it where no small part does: what lies that near to a sharp edge is on either side of it at once.
+        """
+        return self._ahead(x, d, load, load) or self.assembly.limit(x, d)
+
+    def _ahead(self, x: Floats, d: Floats, load: float, to: float) -> float:
+        """The same as rigid bodies go from one load to another; 0 where no part of it will do."""
         part = self.assembly.limit(x, d)
         if not self.problem.beside:
             return part
         from softmark.solvers.contact.through import in_front
 
-        return part * in_front(self._driven(load), x, part * d)
+        return part * in_front(self._driven(load), x, part * d, None if to == load else self._driven(to))
 
     def _driven(self, load: float) -> list[Any]:
         """Contacts with rigid bodies where these are at a load."""
@@ -398,7 +399,7 @@ class Newton:
         value = self._energy(x, 1.0)
         for length in 0.5 ** np.arange(20):
             y = self.space.move(x, length * d)
-            if self._energy(y, 1.0) < value - 1e-10 * abs(value):
+            if self._energy(y, 1.0) < value - 1e-10 * abs(value) and self._front(x, length * d, 1.0) == 1.0:
                 return y
         raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
 

@@ -9,6 +9,7 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular, factor
+from softmark.solvers.statics.problem import NotConverged
 
 if TYPE_CHECKING:
     from softmark.solvers.statics.problem import Statics
@@ -26,7 +27,7 @@ def towed(problem: Statics, x: Floats) -> Floats:
     C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
-    return pushed(assembly.acting(assembly.internal, old), x, change)
+    return pushed(problem, assembly.acting(assembly.internal, old), x, change)
 
 
 def approach(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
@@ -54,17 +55,26 @@ def begun(problem: Statics, x: Floats) -> Floats:
     for energy, was, moves in zip(known, loads, each, strict=True):
         if moves:
             was.add_towed(x, energy.body, change)
-    return pushed(problem.assembly.acting(problem.assembly.internal, loads), x, change)
+    return pushed(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
 
 
-def pushed(assembly: Assembly, x: Floats, change: Floats) -> Floats:
-    """A state x with what its tangent gives way by where the gradient changes (dofs,), N: itself of a singular one.
+def pushed(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
+    """A state x with what its tangent `before` gives way by where the gradient changes (dofs,), N: itself of a singular
+    one.
 
-    No farther than to where surfaces would meet.
+    No farther than to where surfaces would meet, and through no rigid body as it goes on. Raises NotConverged where
+    points would be on the other side of one whatever they do.
     """
-    d, free = np.zeros(assembly.dofs), assembly.free
+    d, free = np.zeros(before.dofs), before.free
     try:
-        d[free] = -factor(assembly.tangent(x, 1.0), symmetric=assembly.conservative).solve(change[free])
+        d[free] = -factor(before.tangent(x, 1.0), symmetric=before.conservative).solve(change[free])
     except Singular:
         return x
-    return x + assembly.limit(x, d) * d
+    from softmark.solvers.contact.through import in_front
+
+    d = before.limit(x, d) * d
+    was, now = ([e.at(1.0) for e in list[Any](each.loads) if e.driven] for each in (before, problem.assembly))
+    part = in_front(was, x, d, now)
+    if part == 0.0:
+        raise NotConverged("rigid bodies would go through the surface on their way from the state before")
+    return x + part * d

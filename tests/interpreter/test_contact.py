@@ -100,6 +100,50 @@ def test_a_ball_that_comes_to_lie_in_the_body_is_no_answer(radius: float, by: fl
     assert said in str(found.message)
 
 
+REGION = "quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 20, 0) mm, (0, 20, 0) mm), gel"
+SMALL = {  # what fits in between the nodes of cells of 10 mm: rigid bodies of all kinds, the middle of some in a hollow
+    "disc": "cylinder(radius = 0.5 mm, length = 40 mm, axis = +z, origin = (5.3, 20.7, -20) mm)",
+    "tube": "tube(radius = 0.5 mm, inner = 0.45 mm, length = 40 mm, axis = +z, origin = (5.3, 20.7, -20) mm)",
+    "sphere": "sphere(radius = 0.5 mm, origin = (5.3, 20.7, 0) mm)",
+    "angle": "extruded(corners = [(5, 20.2), (6, 20.2), (6, 20.3), (5.1, 20.3), (5.1, 21.2), (5, 21.2)] mm, "
+    "height = 40 mm, base = -20 mm)",
+    "frame": "difference(box(size = (1, 1, 40) mm, origin = (5, 20.2, -20) mm), "
+    "box(size = (0.8, 0.8, 80) mm, origin = (5.1, 20.3, -40) mm))",
+    "ring": "tube(radius = 5.5 mm, inner = 4.5 mm, length = 1 mm, axis = +y, origin = (0, 20.2, 0) mm)",
+    "pointed ring": "revolved(corners = [(4.5, 0), (5.5, 0), (5, 1)] mm, axis = +y, origin = (0, 20.2, 0) mm)",
+}
+
+
+@pytest.mark.parametrize(
+    ("body", "tool", "element"),
+    [
+        *[(f"plane_strain({REGION}, thickness = 3 mm)", name, "quad4") for name in SMALL if "ring" not in name],
+        (f"plane_stress({REGION}, thickness = 3 mm)", "disc", "tri3"),
+        (f"plane_stress({REGION}, thickness = 3 mm)", "angle", "tri3"),
+        *[(f"axisymmetric({REGION})", name, "quad4") for name in SMALL if "ring" in name],
+        ("solid(box(size = (20, 20, 20) mm, origin = (0, 0, -10) mm), gel)", "small ring", "hex8"),
+    ],
+)
+def test_nor_is_one_that_comes_to_lie_in_its_plane(body: str, tool: str, element: str) -> None:
+    """It was told as converged with no force: nothing pressed on it there, and no node and no facet was behind it."""
+    small = "tube(radius = 0.5 mm, inner = 0.4 mm, length = 1 mm, axis = +y, origin = (6.2, 20.2, 1.2) mm)"
+    text = f"""softmark 1
+    material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+    body     block = {body}
+    body     tool  = rigid({SMALL.get(tool, small)})
+    support  floor = fixed(block, where = y <= 0 mm)
+    support  hand  = displaced(tool, by = (0, {{by}}, 0) mm)
+    contact  touch = between(tool, block)
+    model    cells = fem({element}, size = 10 mm, strain = finite)
+    metric   push  = force(touch, along = -y)
+    """
+    found = loads(text.format(by=-5)).run().models["cells"]
+    assert found.status == "failed"
+    assert "`tool` is inside `block`: it went in between the points that are kept clear" in str(found.message)
+    assert "take cells that are smaller than it" in str(found.message)
+    assert loads(text.format(by=-0.1)).run().models["cells"].status == "converged"  # which does not touch
+
+
 def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
     """Whole steps led past it, to where it hung below with no force on it: of 5 mm to 0.05 mm.
 
@@ -123,6 +167,104 @@ def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
         carried.append(loads(text).run().models["cubes"].metrics["rest"].value)
     assert carried == pytest.approx([told] * 3, rel=0.05)
     assert carried[1:] == pytest.approx(carried[:1] * 2, rel=1e-6)
+
+
+PROPPED = """softmark 1
+material gel   = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body     beam  = plane_stress(
+    quadrilateral((0, 0, 0) mm, (100, 0, 0) mm, (100, 5, 0) mm, (0, 5, 0) mm), gel, thickness = 5 mm)
+body     shelf = rigid(box(size = (25, {thick}, 40) mm, origin = (80, {below}, -20) mm))
+body     tool  = rigid(cylinder(radius = 4 mm, length = 40 mm, axis = +z, origin = (40, 9.2, -20) mm))
+support  wall  = fixed(beam, where = x <= 0 mm)
+support  hand  = displaced(tool, by = (0, -8, 0) mm, course = state)
+contact  under = between(shelf, beam)
+contact  over  = between(tool, beam)
+analysis press = static(states = {states} %)
+model    cells = fem({element}, size = 2.5 mm, strain = finite)
+metric   rest  = force(under, along = +y)
+metric   push  = force(over, along = -y)
+"""
+
+
+def test_a_beam_that_is_pushed_from_state_to_state_does_not_go_past_a_shelf() -> None:
+    """What the tool pushed along went through it, of any thickness: forces were none, or half of it, of other states.
+
+    A beam on two props, that give way by 7.8 mm at 40 mm and by 3 mm at 80 mm (Timoshenko, superposed), of small
+    deflection: 2.3 and 7.7 mN. It turns by up to 15 degrees, shears, and slides, and cells are two across: 10 %. It
+    lies on the edge: how thick the shelf is makes no difference.
+    """
+    EI, a, b = 100e3 * 0.005**4 / 12.0, 0.04, 0.08
+    near, across, far = a**3 / 3.0, a**2 * (3.0 * b - a) / 6.0, b**3 / 3.0
+    det = near * far - across**2
+    rest, push = EI * (0.0078 * across - 0.003 * near) / det, EI * (0.0078 * far - 0.003 * across) / det
+    known = []
+    for thick in (3.0, 0.3):
+        states = "[20, 60, 100]"
+        text = PROPPED.format(thick=thick, below=-3.0 - thick, states=states, element="quad4")
+        found = loads(text).run().models["cells"]
+        known.append([found.metrics[name].value for name in ("rest", "push")])
+        assert known[-1] == pytest.approx([rest, push], rel=0.1)
+    assert known[0] == pytest.approx(known[1], rel=1e-6)
+
+
+def test_what_is_pushed_through_a_body_in_one_state_is_refused() -> None:
+    """Between its nodes, to below it, from where it pressed upwards; it was told as an answer."""
+    text = PROPPED.format(thick=3.0, below=-6.0, states="[100]", element="quad4").replace("2.5 mm", "5 mm")
+    found = loads(text.replace("(40, 9.2,", "(41.25, 9.2,")).run().models["cells"]
+    assert found.status == "not_converged"
+    assert "a rigid body goes through the surface in one step" in str(found.message)
+
+
+def test_a_disc_that_is_driven_right_through_between_nodes_is_refused() -> None:
+    """It touched no point on its way, and nothing in the end."""
+    text = f"""softmark 1
+    material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
+    body     block = plane_strain({REGION}, thickness = 3 mm)
+    body     disc  = rigid({SMALL["disc"]})
+    support  floor = fixed(block, where = y <= 0 mm)
+    support  hand  = displaced(disc, by = (0, -40, 0) mm)
+    contact  touch = between(disc, block)
+    model    cells = fem(quad4, size = 10 mm, strain = finite)
+    metric   push  = force(touch, along = -y)
+    """
+    found = loads(text).run().models["cells"]
+    assert found.status == "not_converged"
+    assert "a rigid body goes through the surface in one step, by 0.5 mm" in str(found.message)
+
+
+def test_a_strut_that_buckles_beside_thin_walls_leans_on_them() -> None:
+    """It stepped aside through them, and pressed from behind 4 to 10 times as hard, or otherwise along y than along x.
+
+    It leans on both walls alike, and how thick they are makes no difference: to the tolerance of a state, 1e-8, times
+    what a straight strut resists of a bend (1 / 40 of its stiffness).
+    """
+    known = []
+    for thick in (3.0, 0.05):
+        text = f"""softmark 1
+        material gel   = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m^3)
+        body     strut = solid(box(size = (5, 5, 60) mm), gel)
+        body     left  = rigid(box(size = ({thick}, 200, 4) mm, origin = ({-thick - 0.2}, -100, 59.5) mm))
+        body     right = rigid(box(size = ({thick}, 200, 4) mm, origin = (5.2, -100, 59.5) mm))
+        body     front = rigid(box(size = (200, {thick}, 4) mm, origin = (-100, {-thick - 0.2}, 59.5) mm))
+        body     back  = rigid(box(size = (200, {thick}, 4) mm, origin = (-100, 5.2, 59.5) mm))
+        support  base  = fixed(strut, where = z <= 0 mm)
+        contact  one   = between(left, strut)
+        contact  two   = between(right, strut)
+        contact  three = between(front, strut)
+        contact  four  = between(back, strut)
+        load     push  = traction(strut, where = z >= 60 mm, vector = (0, 0, -450) Pa)
+        model    cubes = fem(hex8, size = 5 mm, strain = finite)
+        metric   f     = force(one, along = +x)
+        metric   g     = force(two, along = -x)
+        metric   h     = force(three, along = +y)
+        metric   k     = force(four, along = -y)
+        """
+        found = loads(text).run().models["cubes"]
+        assert found.status == "converged"
+        forces = [found.metrics[name].value for name in "fghk"]
+        known.append([sum(forces[:2]), sum(forces[2:])])
+    assert known[0][0] == pytest.approx(known[0][1], rel=1e-5)
+    assert known[0] == pytest.approx(known[1], rel=1e-5)
 
 
 def test_a_part_of_the_surface_that_nothing_keeps_clear_is_looked_at_too() -> None:

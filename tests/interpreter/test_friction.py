@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 
 from softmark import SceneError, loads
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics import friction
+from softmark.solvers.statics.newton import Newton
+from softmark.solvers.statics.problem import NotConverged
 
 HEAD = """softmark 1
 scene "Rubbing"
@@ -57,6 +61,23 @@ def test_a_block_on_a_slope(share: float) -> None:
     weight = 1000.0 * 9.81 * 4e-6  # N
     assert model.metrics["push"].value == pytest.approx(weight * math.cos(angle), rel=1e-6)
     assert model.metrics["drag"].value == pytest.approx(-weight * math.sin(angle), rel=1e-6)
+
+
+def test_what_is_tried_in_vain_is_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The careful way went from rest to the whole load, as the one before it had: to the same failure."""
+    tried = list[tuple[str, float]]()
+
+    def fails(newton: Newton, x: Floats, load: float) -> Floats:
+        tried.append((newton.phase, load))
+        if load > 0.4:
+            raise NotConverged("friction does not settle")
+        return rubbed(newton, x, load)
+
+    rubbed = friction.rubbed
+    monkeypatch.setattr(friction, "rubbed", fails)
+    model = loads(DRAGGED.replace("[25, 50, 75, 100]", "[100]")).run().models["hexes"]
+    assert model.status == "not_converged"
+    assert tried[:3] == [("free", 1.0), ("careful", 0.5), ("careful", 0.25)]
 
 
 def test_what_is_dragged_along() -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from softmark.solvers.contact.barrier import Barrier
+from softmark.solvers.contact.gaps.flats import Brick
 from softmark.solvers.contact.gaps.round import Ball
-from softmark.solvers.contact.passing import passed
+from softmark.solvers.contact.passing import passed, skin
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.touching import Touching
 
@@ -31,3 +32,37 @@ def test_what_goes_through(down: float, up: float, deep: float) -> None:
     x = np.zeros(27)
     x[14] = up + np.sign(up) * near
     assert passed(contact, np.zeros(27), x) == pytest.approx(deep, abs=0.2)
+
+
+SLAB = np.array([(x, y, z) for z in (-1.0, 1.0) for y in (-9.0, 9.0) for x in (-9.0, 9.0)])
+AROUND = np.array([(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6),
+                   (0, 6, 2), (1, 3, 7), (1, 7, 5)])  # fmt: skip
+PIN = Ball(0.5, (0.3, 0.2, 3.0))
+
+
+@pytest.mark.parametrize(("way", "moved", "deep"), [
+    ((0.0, 0.0, -6.0), 0.0, 0.5),  # in above and out below: between all nodes, by as much as its middle is deep
+    ((0.0, 0.0, -3.0), 0.0, 0.0),  # in and not out: it lies in the slab, which is told by another check
+    ((0.0, 0.0, -6.0), -6.0, 0.0),  # which has gone along
+    ((0.0, 0.0, -2.0), 4.0, 0.5),  # to below the slab that comes up
+    ((18.0, 0.0, -6.0), 0.0, 0.0),  # in above and out beside: around a corner, which a straight way cuts
+    ((18.0, 0.0, 0.0), 0.0, 0.0),  # over it
+])  # fmt: skip
+def test_what_goes_through_between_nodes(way: tuple[float, float, float], moved: float, deep: float) -> None:
+    """In mm; what is moved is the slab of 2 mm as a whole, whose nodes are at its corners."""
+    contact = Touching(
+        np.arange(8), SLAB, np.ones(8), Barrier(1e-3, 1.0),
+        lambda s: Posed(PIN, Pose((s * way[0], s * way[1], s * way[2]))), skin=skin(SLAB, AROUND),
+    )  # fmt: skip
+    x = np.tile([0.0, 0.0, moved], 8)
+    assert passed(contact, np.zeros(24), x) == pytest.approx(deep)
+
+
+def test_a_thin_plate_that_comes_to_press_from_the_other_side_has_gone_through() -> None:
+    """Its middle is beside the nodes, and it is far thinner than its way is long: 0.05 of 12 mm."""
+    plate = Brick((20.0, 0.0, 3.0), (30.0, 10.0, 0.025))
+    contact = Touching(
+        np.arange(9), X, np.ones(9), Barrier(1e-3, 1.0), lambda s: Posed(plate, Pose((0.0, 0.0, -12.0 * s)))
+    )
+    for z, deep in ((-9.0 + 0.0254, 0.025), (-9.0 - 0.0254, 0.0)):  # the nodes above it in the end, or below
+        assert passed(contact, np.zeros(27), np.tile([0.0, 0.0, z], 9)) == pytest.approx(deep, abs=0.01)

@@ -15,6 +15,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.passing import Skin, skin
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.touching import Touching, node_areas
 from softmark.solvers.elements.facets import FACETS
@@ -113,6 +114,7 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
     barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
     made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
+    made = replace(made, skin=_skin(case, mesh))
     if steps := inner_steps(case, touch, mesh.points, facets):
         from softmark.solvers.contact.inner import inner
 
@@ -127,6 +129,12 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
         made = rubbing(made, touch.thing.friction, posed.pose)
     _must_be_apart(case, touch, made)
     return made
+
+
+def _skin(case: Case, mesh: Mesh) -> Skin:
+    """All that a rigid body may come in by or leave."""
+    facets = np.asarray(mesh.facets)
+    return skin(mesh.points, facets[bordering(mesh.points, facets, case.depth > 0.0)] if case.planar else facets)
 
 
 def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
