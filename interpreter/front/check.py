@@ -26,9 +26,10 @@ from softmark.interpreter.language.scene import Declared, Location, Scene, rigid
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, case_of, reach
-from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault, start_fault
+from softmark.interpreter.problem.mirrors import led_fault, plane_fault, point_doubt, pull_fault, start_fault
 from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.interpreter.vocabulary.probes import Nodes
 from softmark.interpreter.vocabulary.supports import Symmetric
@@ -130,6 +131,11 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                     yield fault
                 if (doubt := point_doubt(support, load, body.thing.shape.bounds)) is not None:
                     yield doubt
+            touched = [c.thing.rigid for c in scene.acting("contact", body.name) if isinstance(c.thing, Between)]
+            for rigid in (scene.declared[name] for name in dict.fromkeys(touched)):
+                for way in scene.acting("support", rigid.name):
+                    if (fault := led_fault(support, rigid, way)) is not None:
+                        yield fault
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
