@@ -26,10 +26,9 @@ from softmark.interpreter.language.scene import Declared, Location, Scene, rigid
 from softmark.interpreter.metrics.metric import OfForces
 from softmark.interpreter.models.shared.disturbing import doubts as disturbed
 from softmark.interpreter.problem.case import Case, Fault, body_of, case_for, case_of, reach
-from softmark.interpreter.problem.mirrors import led_fault, plane_fault, point_doubt, pull_fault, start_fault
+from softmark.interpreter.problem.mirrors import plane_fault, point_doubt, pull_fault, start_fault
 from softmark.interpreter.problem.theories import problem_of
 from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 from softmark.interpreter.vocabulary.probes import Nodes
 from softmark.interpreter.vocabulary.supports import Symmetric
@@ -39,7 +38,7 @@ from softmark.references.values import GivenValues
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
-    found: list[Diagnostic] = [*states.faults(scene), *_given_values(scene), *_turning(scene)] if complete else []
+    found: list[Diagnostic] = [*states.faults(scene), *_given_values(scene)] if complete else []
     where = states.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(where, found)
@@ -131,11 +130,6 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                     yield fault
                 if (doubt := point_doubt(support, load, body.thing.shape.bounds)) is not None:
                     yield doubt
-            touched = [c.thing.rigid for c in scene.acting("contact", body.name) if isinstance(c.thing, Between)]
-            for rigid in (scene.declared[name] for name in dict.fromkeys(touched)):
-                for way in scene.acting("support", rigid.name):
-                    if (fault := led_fault(support, rigid, way)) is not None:
-                        yield fault
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -431,13 +425,6 @@ def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         from softmark.interpreter.front import afloat, impacts, rubbing
 
         yield from (*afloat.faults(scene), *impacts.faults(scene), *rubbing.faults(scene))
-
-
-def _turning(scene: Scene) -> Iterator[Diagnostic]:
-    if scene.of_kind("contact"):
-        from softmark.interpreter.front import rubbing
-
-        yield from rubbing.turned(scene)
 
 
 def _looks_at(scene: Scene, metric: str) -> str | None:
