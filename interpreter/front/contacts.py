@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
@@ -12,9 +13,10 @@ from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
 from softmark.interpreter.problem.beside import beside_plane
+from softmark.interpreter.problem.mirrors import led_fault
 from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.loads import PointForce, Torque
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Turned
+from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Symmetric, Turned
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
 from softmark.solvers.mesh.filled import Filled
@@ -47,6 +49,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     between = [c for c in contacts if isinstance(c.thing, Between)]
     for contact in between:
         yield from _between(scene, contact)
+        yield from _mirrored(scene, contact)
     for contact in contacts:
         if not isinstance(contact.thing, Between):
             yield from _deforming(scene, contact)
@@ -110,6 +113,14 @@ def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
                          "what presses is found by how a body deforms: rigid bodies do not meet")  # fmt: skip
     elif not first.thing.shape.fault and not second.thing.shape.fault:
         yield from _apart(scene, contact, first, second)
+
+
+def _mirrored(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+    """That planes of symmetry of the body that deforms are such of how the rigid one is led."""
+    mirrors = [s for s in scene.acting("support", contact.thing.body) if isinstance(s.thing, Symmetric)]
+    for mirror, way in product(mirrors, scene.acting("support", contact.thing.rigid)):
+        if (fault := led_fault(mirror, scene.declared[contact.thing.rigid], way)) is not None:
+            yield fault
 
 
 def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:

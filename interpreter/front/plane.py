@@ -28,9 +28,10 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Tensile, Turning
 from softmark.interpreter.vocabulary.probes import Line, Point
-from softmark.interpreter.vocabulary.supports import Symmetric, Turned
+from softmark.interpreter.vocabulary.supports import Displaced, Symmetric, Turned
 from softmark.solvers.elements.plane import PLANE
 from softmark.solvers.mesh.flat import NEAR
 from softmark.solvers.mesh.shape import Shape
@@ -97,11 +98,33 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
         elif own in bodies and declared.kind == "load" and _beside(declared.thing.action):
             yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts beside the plane of `{own}`",
                              "z is not 0", "points of a plane body have z = 0")  # fmt: skip
+    for contact in scene.of_kind("contact").values():
+        if isinstance(contact.thing, Between) and contact.thing.body in bodies:
+            yield from _led_out(scene, contact.thing.rigid, scene.declared[contact.thing.body])
     for analysis in scene.of_kind("analysis").values() if bodies else ():
         for field in _leaving(analysis.thing, alone):
             yield diagnostic("E544", analysis.at(field), f"the `{field}` at the start takes plane bodies out of their "
                              "plane", "not within the plane",
                              "velocity is along x and y, and spin about z")  # fmt: skip
+
+
+def _led_out(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
+    """Supports that lead a rigid body out of the plane of a body that it meets, or off its axis."""
+    around = body.thing.planar == "axisymmetric"
+    for support in scene.acting("support", rigid):
+        thing = support.thing
+        if not isinstance(thing, Displaced | Turned):
+            continue  # which is refused, or moves nothing
+        x, _, z = thing.imposed if isinstance(thing, Displaced) else (0.0, 0.0, 0.0)
+        turns = thing.rotation if isinstance(thing, Turned) else (0.0, 0.0, 0.0)
+        if around and (x or z or any(turns)):
+            yield diagnostic("E323", support.at(), f"`{support.name}` takes `{rigid}` off the axis of `{body.name}`, "
+                             "or turns it", "not along y", "what presses a body of revolution goes along y; shear and "
+                             "twist want a `solid`")  # fmt: skip
+        elif not around and (z or any(turns[:2])):
+            yield diagnostic("E544", support.at(), f"`{support.name}` moves `{rigid}` out of the plane of "
+                             f"`{body.name}`, which it meets", "it has a component along z",
+                             "the plane is that of x and y: leave z out, and turn it about z")  # fmt: skip
 
 
 def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:

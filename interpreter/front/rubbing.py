@@ -57,11 +57,10 @@ def turned(scene: Scene) -> Iterator[Diagnostic]:
 def _farthest(scene: Scene, support: Declared) -> float:
     """By how much a support turns what it turns from rest to the first state, or from one to the next, at most, rad."""
     try:
-        each = [in_state(scene, i).declared[support.name].thing.angle for i in range(len(states_of(scene)))]
+        each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
     except Unreadable:  # a table, of which more is said elsewhere
         return 0.0
-    most: float = max(abs(b - a) for a, b in pairwise([0.0, *(each or [support.thing.angle])]))
-    return most
+    return max(abs(b - a) for a, b in pairwise([0.0, *(each or [float(support.thing.angle)])]))
 
 
 def _rubbing(scene: Scene) -> list[Declared]:

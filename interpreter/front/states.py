@@ -74,6 +74,10 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     yield from _number(scene, states)
     yield from _muscles(scene, states)
     yield from _loops(scene, states)
+    if scene.of_kind("contact"):
+        from softmark.interpreter.front import rubbing
+
+        yield from rubbing.turned(scene)
     driven = _driven(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
     if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):

@@ -11,7 +11,8 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.problem.case import Case, Fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Tensile
-from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.interpreter.vocabulary.supports import Displaced, Symmetric, Turned
+from softmark.solvers.mesh.instruments import HalfSpace
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,6 +62,35 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
     return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
                       f"along {way}; the mirror image is pulled the other way",
                       f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
+
+
+def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
+    """What is wrong with how a rigid body that a plane of symmetry cuts is led: across it, or turned past it.
+
+    Of bodies of files, and of those that are filled, nothing is said.
+    """
+    shape = rigid.thing.shape
+    if support.thing.normal is None or not isinstance(way.thing, Displaced | Turned) or shape.fault:
+        return None
+    if shape.prebuilt or shape.enclosed:
+        return None  # whose surface is not read before it is needed
+    across, at = support.thing.normal
+    bounds = shape.bounds
+    if bounds is not None:
+        slack = IN_PLANE * shape.diagonal
+        if not bounds[0][across] + slack < at < bounds[1][across] - slack:
+            return None  # its mirror image is another one, which comes from the other side
+    elif not isinstance(shape, HalfSpace) or shape.normal[across]:
+        return None
+    if isinstance(way.thing, Displaced):
+        does = "moves" if way.thing.imposed[across] else ""
+    else:
+        does = "turns" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
+    if not does:
+        return None
+    return diagnostic("E582", way.at(), f"`{way.name}` {does} `{rigid.name}` across the plane of symmetry"
+                      f" `{support.name}`, which cuts it", "the mirror image goes the other way",
+                      f"what is dragged along {'xyz'[across]} has no symmetry there: model the whole body")  # fmt: skip
 
 
 def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
