@@ -32,8 +32,8 @@ class Between:
     return mapping (Simo and Laursen 1992). What sticks gives way by less than the barrier's distance, friction times
     pressure over its stiffness per distance. What slides depends on the way there: each of the `states` of a static
     analysis is one step from the state before, along a straight line, so that more states are a finer path, and rigid
-    bodies turn by 15 degrees at most in one; without states all of the load is one step. `slip(NAME)` and `stick_area(NAME)` say what slides, `dissipation(BODY)` what
-    has become heat.
+    bodies turn by 15 degrees at most in one; without states all of the load is one step. `slip(NAME)` and
+    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
 
     In motion every step in time is one of these steps. Pressures and friction are those of its end, whatever integrator
     makes it; heat never falls, and is told beside the other energies, `solve.energies.friction` of the report, as the
