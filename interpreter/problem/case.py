@@ -41,6 +41,8 @@ class Touch:
     rigid: Declared
     moved: tuple[Declared, ...]
     loads: tuple[Declared, ...] = ()  # of one that is free
+    along: int | None = None  # x, y or z, by number: the way that loads may press it at rest
+    gone: float = 0.0  # m, how far they have pressed it
 
     @property
     def name(self) -> str:
@@ -223,7 +225,28 @@ def _made(scene: Scene, body: str) -> Case:
 
 def _touch(scene: Scene, contact: Declared) -> Touch:
     rigid = contact.thing.rigid
-    return Touch(contact, scene.declared[rigid], scene.acting("support", rigid), scene.acting("load", rigid))
+    found = Touch(contact, scene.declared[rigid], scene.acting("support", rigid), scene.acting("load", rigid))
+    if not at_rest_pressed(scene, found.rigid):
+        return found
+    left = left_to_go(scene, found.rigid, scene.declared[contact.thing.body])
+    return replace(found, along=left[0] if len(left) == 1 else None)
+
+
+def at_rest_pressed(scene: Scene, rigid: Declared) -> bool:
+    """Whether loads say where a rigid body comes to rest: it has a mass, or a force of its own, and there is no time."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if analysis is not None and not isinstance(analysis.thing, Static):
+        return False
+    return rigid.thing.free or any(load.value("body") == rigid.name for load in scene.acting("load", rigid.name))
+
+
+def left_to_go(scene: Scene, rigid: Declared, body: Declared) -> list[int]:
+    """The directions, 0 to 2, in which neither supports nor the plane or the axis of what it meets hold a rigid body."""
+    held = {2} if body.thing.planar else set[int]()
+    held |= {0} if body.thing.planar == "axisymmetric" else set()
+    for support in scene.acting("support", rigid.name):
+        held |= set(getattr(support.thing, "components", ()))
+    return [i for i in range(3) if i not in held]
 
 
 def in_plane(body: Declared) -> tuple[Declared, ...]:

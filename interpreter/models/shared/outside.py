@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.interpolation import Integration
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.statics.equilibrium import Equilibrium
+    from softmark.solvers.statics.equilibrium import Equilibrium, Statics
 
 Solid = TypeVar("Solid")
 
@@ -58,6 +58,37 @@ def loose(
     from softmark.interpreter.models.shared import grounding
 
     return grounding.loose(case, mesh, parts, measured, dofs, beds)
+
+
+def pressed(solid: Any, problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
+    """What `find` finds of a solid, and where a rigid body that loads press comes to rest. Raises NotConverged."""
+    case: Case = solid.pieces[0].case
+    if not any(touch.along is not None for touch in case.contacts):
+        return find(problem)
+    from softmark.interpreter.models.shared.pressing import press_of
+    from softmark.solvers.statics.pressed import pressed
+
+    press = press_of(case, solid.contacts)
+    assert press is not None
+    return pressed(problem, press, find)
+
+
+def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What a report says of a rigid body that loads press, of what solving it has found; nothing where none does."""
+    if known is None:
+        return {}
+    from softmark.interpreter.models.shared import pressing
+
+    return {"rigid": pressing.told(solid.pieces[0].case, known)}
+
+
+def gone(case: Case, mesh: Moved | None) -> Case:
+    """A case with its rigid bodies where loads have pressed them in a state; the same where they press none."""
+    if mesh is None or not any(touch.along is not None for touch in case.contacts):
+        return case
+    from softmark.interpreter.models.shared import pressing
+
+    return pressing.settled(case, mesh.beside)
 
 
 def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:
