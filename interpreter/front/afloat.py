@@ -11,7 +11,7 @@ from softmark.interpreter.language.scene import Declared, Scene, rigid
 from softmark.interpreter.problem.case import at_rest_pressed, case_of, left_to_go
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.contacts import Between
-from softmark.interpreter.vocabulary.loads import PerMass, Torque
+from softmark.interpreter.vocabulary.loads import Gravity, PerMass, PointForce, Torque
 from softmark.interpreter.vocabulary.supports import Symmetric, Turned
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.filled import Filled
@@ -92,7 +92,12 @@ def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
     thing, name = body.thing, body.name
     if any(thing.velocity) or any(thing.spin):
         field = "velocity" if any(thing.velocity) else "spin"
-        yield body.at(field), f"`{name}` is at rest, and has a {field}", "not at rest", "leave it out, or take `dynamic(...)`"
+        yield (
+            body.at(field),
+            f"`{name}` is at rest, and has a {field}",
+            "not at rest",
+            "leave it out, or take `dynamic(...)`",
+        )
     if thing.density is not None and thing.mass is not None:
         yield body.at("mass"), f"`{name}` has a density and a mass", "one of them", "keep one: the other follows"
     for load in scene.acting("load", name):
@@ -109,7 +114,7 @@ def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
                 support.at(),
                 f"`{support.name}` turns `{name}`, which loads press",
                 "not both",
-                "let a support move it: a point of the force over its travel is found by `states`",
+                "leave out its mass and its forces, and let supports take it all the way, or leave the turn out",
             )
     met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
     if met and not rigid(other := scene.declared[met[0].thing.body]):
@@ -120,19 +125,34 @@ def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
 def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
     """That one way is left to it, which its weight is known along, and that no other is pressed as well."""
     name, left = body.name, left_to_go(scene, body, other)
-    if len(left) != 1:
-        ways = " and ".join(f"along {'xyz'[i]}" for i in left) or "nowhere"
-        hold = ", ".join("xyz"[i] for i in left[:-1])
-        hold = f"`fixed({name}, components = {hold})`" if len(left) == 2 else f"`fixed({name}, components = ({hold}))`"
+    loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
+    if not left:
         yield (
             body.at(),
-            f"loads press `{name}`, which may go {ways}" + (" and turn" if len(left) > 1 else ""),
+            f"loads press `{name}`, which supports let go nowhere",
             "one way is due",
-            f"hold it in all others, by which it does not turn either: {hold}"
-            if left
-            else "free the way that it is to go: leave it out of the `components` of its supports",
+            "leave the way that it is to go out of the `components` of its supports",
         )
-    weighed = any(isinstance(load.thing.action, PerMass) for load in scene.acting("load", name))
+    elif len(left) > 1:
+        pressed = [i for i in left if any(_presses(load.thing.action, i) for load in loads)]
+        held = ["xyz"[i] for i in left if i != (pressed or left)[-1]]
+        hold = held[0] if len(held) == 1 else f"({', '.join(held)})"
+        ways = f"{', '.join('xyz'[i] for i in left[:-1])} and {'xyz'[left[-1]]}"
+        yield (
+            body.at(),
+            f"loads press `{name}`, which may go along {ways}, and turn",
+            "one way is due",
+            f"hold it in all others, so that it does not turn either: `fixed({name}, components = {hold})`",
+        )
+    weighed = any(isinstance(load.thing.action, PerMass) for load in loads)
+    if len(left) == 1 and not any(_presses(load.thing.action, left[0]) for load in loads):
+        way = "xyz"[left[0]]
+        yield (
+            body.at(),
+            f"no load presses `{name}` along {way}, the way that is left to it",
+            "nothing presses it",
+            f"let gravity or a `point_force({name}, ...)` have a part along {way}, or let a support take it",
+        )
     if weighed and body.thing.density is not None:
         if other.thing.planar in ("plane_strain", "plane_stress"):
             yield (
@@ -158,6 +178,11 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
                 "hold one of them, which then bears what the other brings: leave its mass and its forces out",
             )
             return
+
+
+def _presses(action: Any, along: int) -> bool:
+    """Whether a load has a part along a way."""
+    return bool((action.acceleration if isinstance(action, PerMass) else action.force)[along])
 
 
 def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:

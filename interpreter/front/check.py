@@ -232,7 +232,7 @@ def _driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
     moved |= any(support.thing.moves for touch in case.contacts for support in touch.moved)
-    moved |= any(touch.along is not None for touch in case.contacts)  # which loads press
+    moved |= any(load.value("body") == touch.rigid.name for touch in case.contacts for load in touch.loads)
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 

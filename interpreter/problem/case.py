@@ -11,9 +11,9 @@ from softmark.grammar.diagnostic import Diagnostic, Remedy
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.scene import Declared, Location, Scene, rigid
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
-from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.loads import PerMass, PointForce
 from softmark.interpreter.vocabulary.pairs import Itself, Tied
 from softmark.interpreter.vocabulary.supports import Bedded, Drain, InPlane, Level, OnAxis
 from softmark.records import dataclass
@@ -224,27 +224,28 @@ def _made(scene: Scene, body: str) -> Case:
 
 
 def _touch(scene: Scene, contact: Declared) -> Touch:
-    rigid = contact.thing.rigid
-    found = Touch(contact, scene.declared[rigid], scene.acting("support", rigid), scene.acting("load", rigid))
+    name = contact.thing.rigid
+    found = Touch(contact, scene.declared[name], scene.acting("support", name), scene.acting("load", name))
     if not at_rest_pressed(scene, found.rigid):
         return found
     left = left_to_go(scene, found.rigid, scene.declared[contact.thing.body])
     return replace(found, along=left[0] if len(left) == 1 else None)
 
 
-def at_rest_pressed(scene: Scene, rigid: Declared) -> bool:
-    """Whether loads say where a rigid body comes to rest: it has a mass, or a force of its own, and there is no time."""
+def at_rest_pressed(scene: Scene, body: Declared) -> bool:
+    """Whether loads say where a rigid body comes to rest: it has a mass or a force of its own, without a time."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
-    if analysis is not None and not isinstance(analysis.thing, Static):
+    if not rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
         return False
-    return rigid.thing.free or any(load.value("body") == rigid.name for load in scene.acting("load", rigid.name))
+    own = (load for load in scene.acting("load", body.name) if load.value("body") == body.name)
+    return body.thing.free or any(isinstance(load.thing, PointForce) for load in own)
 
 
-def left_to_go(scene: Scene, rigid: Declared, body: Declared) -> list[int]:
-    """The directions, 0 to 2, in which neither supports nor the plane or the axis of what it meets hold a rigid body."""
+def left_to_go(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
+    """The directions, 0 to 2, in which neither supports nor the plane or axis of what it meets hold a rigid body."""
     held = {2} if body.thing.planar else set[int]()
     held |= {0} if body.thing.planar == "axisymmetric" else set()
-    for support in scene.acting("support", rigid.name):
+    for support in scene.acting("support", instrument.name):
         held |= set(getattr(support.thing, "components", ()))
     return [i for i in range(3) if i not in held]
 

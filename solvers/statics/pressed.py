@@ -21,12 +21,13 @@ from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverge
 
 PLACES = 60  # at most
 CLOSER = 0.1  # of the tolerance: what equilibria at one place may leave of theirs
-GROWS = 4.0  # times how deep it is already: how far it goes deeper at once, at most
+GROWS = 6.0  # times the force that it presses with over its stiffness, which is as deep as it is: no farther at once
 FIRST = 30.0  # times the barrier's distance: how far it goes at first
 FAR = 4.0  # times the size of the body and the gap: where nothing has stopped it, nothing does
 LOOKS = 1000  # for what it meets on its way
 WITHIN, AIMED = 0.9, 0.5  # of the barrier's distance: touch, and where it stops on its way there
 SMALL = 1e-4  # of the barrier's distance: differences for a stiffness
+ROUNDED = 4.0  # times what rounding leaves: no less is asked for
 LEAST = 1e-13  # of the size of the body: places that are nearer are one
 
 Find = Callable[[Statics], Equilibrium]
@@ -59,8 +60,9 @@ class Place:
 def pressed(problem: Statics, press: Press, find: Find) -> Equilibrium:
     """What `find` finds of a problem, contacts included, with the rigid body where the force is borne.
 
-    `pressed` of its facts has how far that is, m, the force that is `left`, N, the stiffness, N/m, and the number of
-    places that were looked at. Raises NotConverged where nothing stops it, or what does is not stable.
+    `pressed` of its facts has how far that is, m, the force that is `left`, N, the stiffness, N/m, the number of
+    places that were looked at, and whether what it met `gave_way` at one of them. Raises NotConverged where nothing
+    stops it, or what does is not stable.
     """
     return _Search(problem, press, find).found()
 
@@ -73,25 +75,25 @@ class _Search:
         self.history = tuple[Iteration, ...]()
         self.places = 0
         self.least = LEAST * problem.extent
+        self.gave_way = False
         self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
 
     def found(self) -> Equilibrium:
         """Where the force is borne. Raises NotConverged."""
         here = self._at(self.press.begun)
         scale = max(abs(self.press.force), abs(here.push))
-        touched = None if here.push == 0.0 else here.d
         while self.places < PLACES:
             left = self._left(here)
             if here.push == 0.0 and left == 0.0:
                 return self._kept(here, 0.0, 0.0)
             if here.push == 0.0:
                 there = self._met(here, float(np.sign(left)))
-                touched = there if touched is None else touched
             else:
                 stiffness = self._stiffness(here)
-                if abs(left) <= self.problem.tolerance * scale:
+                if abs(left) <= self.problem.tolerance * scale + self._rounding(here):
                     return self._kept(here, left, stiffness)
-                there = self._next(here, left, stiffness, touched)
+                self.gave_way |= not stiffness > 0.0
+                there = self._next(here, left, stiffness)
             if abs(there - here.d) <= self.least:
                 break
             here = self._towards(here, there)
@@ -107,10 +109,15 @@ class _Search:
             self.high = min(self.high, here.d)
         return left
 
-    def _next(self, here: Place, left: float, stiffness: float, touched: float | None) -> float:
+    def _rounding(self, here: Place) -> float:
+        """What the last digits of places leave in the force, N."""
+        return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here)))
+
+    def _next(self, here: Place, left: float, stiffness: float) -> float:
         """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known."""
-        first = FIRST * min(c.barrier.distance for c in self._contacts(here))
-        most = max(first, GROWS * abs(here.d - (here.d if touched is None else touched)))
+        most = FIRST * min(c.barrier.distance for c in self._contacts(here))
+        if stiffness > 0.0:
+            most = max(most, GROWS * abs(here.push) / stiffness)
         step = left / stiffness if stiffness > 0.0 else np.copysign(most, left)
         there = here.d + float(np.clip(step, -most, most))
         return there if self.low < there < self.high else self._between(there)
@@ -182,7 +189,7 @@ class _Search:
             return 0.0
         way[assembly.free] = -K.solve(change[assembly.free])
         ahead, behind = (self._push(found, x + sign * way, sign * e, here.d) for sign in (1.0, -1.0))
-        return (ahead - behind) / (2.0 * e)
+        return float((ahead - behind) / (2.0 * e))
 
     def _met(self, here: Place, sign: float) -> float:
         """Where it meets the body as that is, m, from where it touches nothing. Raises NotConverged."""
@@ -208,6 +215,7 @@ class _Search:
             reason = f"what the rigid body meets gives way: it would go on from a force of {abs(here.push):.3g} N"
             raise NotConverged(reason, self.history)
         known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places}
+        known |= {"gave_way": True} if self.gave_way else {}
         return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
 
 

@@ -74,7 +74,7 @@ def test_a_ball_goes_as_deep_as_a_support_takes_it_for_that_force(form: dict[str
 
 @pytest.mark.slow
 def test_force_and_travel_are_inverse_in_space() -> None:
-    """Of a ball that is displaced, the force; pressed by that, it goes as far: to 1e-6, beside the middle of a block."""
+    """Of a ball that is displaced, the force; pressed by that, it goes as far: to 1e-6."""
     hand = "displaced(ball, by = (0, 0, -1.5) mm)"
     driven = solved(re.sub(r"static\(.*\)", "static()", SOLID).format(guide=hand, friction=""))
     force = driven.models["cubes"].metrics["push"].value
