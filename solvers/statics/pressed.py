@@ -23,12 +23,15 @@ PLACES = 60  # at most
 CLOSER = 0.1  # of the tolerance: what equilibria at one place may leave of theirs
 GROWS = 6.0  # times the force that it presses with over its stiffness, which is as deep as it is: no farther at once
 FIRST = 30.0  # times the barrier's distance: how far it goes at first
+NOTHING = 1e-9  # of the force: what it meets does not resist yet, as a piece that nothing stops does not
+LONGEST = 0.1  # of the size of the body: how far it goes at once then
+FAILURES = 12  # places without an equilibrium, at most
 FAR = 4.0  # times the size of the body and the gap: where nothing has stopped it, nothing does
 LOOKS = 1000  # for what it meets on its way
 WITHIN, AIMED = 0.9, 0.5  # of the barrier's distance: touch, and where it stops on its way there
 SMALL = 1e-4  # of the barrier's distance: differences for a stiffness
 ROUNDED = 4.0  # times what rounding leaves: no less is asked for
-LEAST = 1e-13  # of the size of the body: places that are nearer are one
+LEAST = 1e-16  # of the size of the body: places that are nearer are one
 
 Find = Callable[[Statics], Equilibrium]
 
@@ -75,13 +78,13 @@ class _Search:
         self.history = tuple[Iteration, ...]()
         self.places = 0
         self.least = LEAST * problem.extent
-        self.gave_way = False
+        self.gave_way, self.failures, self.stride = False, 0, 0.0
         self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
 
     def found(self) -> Equilibrium:
         """Where the force is borne. Raises NotConverged."""
         here = self._at(self.press.begun)
-        scale = max(abs(self.press.force), abs(here.push))
+        scale = abs(self.press.force) or abs(here.push)
         while self.places < PLACES:
             left = self._left(here)
             if here.push == 0.0 and left == 0.0:
@@ -92,7 +95,7 @@ class _Search:
                 stiffness = self._stiffness(here)
                 if abs(left) <= self.problem.tolerance * scale + self._rounding(here):
                     return self._kept(here, left, stiffness)
-                self.gave_way |= not stiffness > 0.0
+                self.gave_way |= not stiffness > 0.0 and self._resists(here)
                 there = self._next(here, left, stiffness)
             if abs(there - here.d) <= self.least:
                 break
@@ -115,12 +118,19 @@ class _Search:
 
     def _next(self, here: Place, left: float, stiffness: float) -> float:
         """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known."""
-        most = FIRST * min(c.barrier.distance for c in self._contacts(here))
-        if stiffness > 0.0:
-            most = max(most, GROWS * abs(here.push) / stiffness)
-        step = left / stiffness if stiffness > 0.0 else np.copysign(most, left)
+        first = FIRST * min(c.barrier.distance for c in self._contacts(here))
+        if stiffness > 0.0 and self._resists(here):
+            most, self.stride = max(first, GROWS * abs(here.push) / stiffness), 0.0
+            step = left / stiffness
+        else:
+            most = self.stride = float(np.clip(GROWS * self.stride, first, LONGEST * self.problem.extent))
+            step = float(np.copysign(most, left))
         there = here.d + float(np.clip(step, -most, most))
         return there if self.low < there < self.high else self._between(there)
+
+    def _resists(self, here: Place) -> bool:
+        """Whether what it meets is held by something."""
+        return abs(here.push) > NOTHING * abs(self.press.force)
 
     def _between(self, there: float) -> float:
         """The middle of the sides that are known."""
@@ -132,10 +142,11 @@ class _Search:
             try:
                 return self._at(there, here)
             except NotConverged as failure:
-                self.history = (*self.history, *failure.history)
+                self.history, self.failures = (*self.history, *failure.history), self.failures + 1
                 there = here.d + 0.25 * (there - here.d)
-                if abs(there - here.d) <= 1e3 * self.least or self.places >= PLACES:
-                    raise NotConverged(failure.reason, self.history, failure.facts) from failure
+                if self.failures > FAILURES or abs(there - here.d) <= self.least:
+                    reason = f"the rigid body meets {abs(here.push):.3g} N of {abs(self.press.force):.3g} N"
+                    raise NotConverged(f"{reason}, and farther on {failure.reason}", self.history) from failure
 
     def _at(self, d: float, near: Place | None = None) -> Place:
         """The equilibrium at a place, from one nearby; with friction, which counts the way, from the state before."""
