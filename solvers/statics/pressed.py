@@ -84,7 +84,6 @@ class _Search:
     def found(self) -> Equilibrium:
         """Where the force is borne. Raises NotConverged."""
         here = self._at(self.press.begun)
-        scale = abs(self.press.force) or abs(here.push)
         while self.places < PLACES:
             left = self._left(here)
             if here.push == 0.0 and left == 0.0:
@@ -93,7 +92,7 @@ class _Search:
                 there = self._met(here, float(np.sign(left)))
             else:
                 stiffness = self._stiffness(here)
-                if abs(left) <= self.problem.tolerance * scale + self._rounding(here):
+                if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
                     return self._kept(here, left, stiffness)
                 self.gave_way |= not stiffness > 0.0 and self._resists(here)
                 there = self._next(here, left, stiffness)
@@ -117,11 +116,15 @@ class _Search:
         return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here)))
 
     def _next(self, here: Place, left: float, stiffness: float) -> float:
-        """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known."""
-        first = FIRST * min(c.barrier.distance for c in self._contacts(here))
+        """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known.
+
+        Without a force it goes out of the barrier as well, in which it would press less and less without an end.
+        """
+        distance = min(c.barrier.distance for c in self._contacts(here))
+        first = FIRST * distance
         if stiffness > 0.0 and self._resists(here):
             most, self.stride = max(first, GROWS * abs(here.push) / stiffness), 0.0
-            step = left / stiffness
+            step = left / stiffness + (0.0 if self.press.force else float(np.copysign(distance, left)))
         else:
             most = self.stride = float(np.clip(GROWS * self.stride, first, LONGEST * self.problem.extent))
             step = float(np.copysign(most, left))

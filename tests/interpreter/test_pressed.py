@@ -104,7 +104,7 @@ def test_what_nothing_stops_is_no_answer(where: tuple[str, str]) -> None:
 def test_weight_and_forces_add_up_and_friction_goes_from_state_to_state() -> None:
     """A ball of 1 g that is dragged aside while 5 mN press it: the force along z is both, to the tolerance."""
     text = SOLID.format(guide="fixed(ball, components = y)", friction=", friction = 0.3")
-    text = text.replace("10, 5.5) mm)", "10, 5.5) mm, mass = 1 g)")
+    text = text.replace("10, 5.5) mm))", "10, 5.5) mm), mass = 1 g)")
     text += "support drag = displaced(ball, by = (0.5, 0, 0) mm, components = x, course = state)\n"
     text += (
         "load weight = gravity(9.81 m/s^2)\n"
@@ -123,7 +123,8 @@ def test_a_slice_is_pressed_in_its_plane_and_a_force_that_goes_lets_it_go() -> N
     text = """softmark 1
 scene "a rod on a strip"
 material gel   = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
-body     strip = plane_strain(quadrilateral((0, -20, 0) mm, (20, -20, 0) mm, (20, 0, 0) mm, (0, 0, 0) mm), gel, thickness = 5 mm)
+body     strip = plane_strain(
+    quadrilateral((0, -20, 0) mm, (20, -20, 0) mm, (20, 0, 0) mm, (0, 0, 0) mm), gel, thickness = 5 mm)
 body     rod   = rigid(cylinder(length = 10 mm, radius = 5 mm, axis = +z, origin = (10, 6, -5) mm))
 support  floor = fixed(strip, where = y <= -20 mm)
 support  guide = fixed(rod, components = x)
