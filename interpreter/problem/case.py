@@ -54,6 +54,12 @@ class Touch:
         """What the scene says of the contact."""
         return self.declared.thing
 
+    @property
+    def driven(self) -> bool:
+        """Whether a support moves the rigid body, or a force of its own presses it."""
+        own = (load.value("body") == self.rigid.name for load in self.loads)
+        return any(support.thing.moves for support in self.moved) or any(own)
+
     def at(self, name: str = "") -> Location:
         """Where a field of the contact is given, or else its name."""
         return self.declared.at(name)

@@ -54,7 +54,6 @@ from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import of_cells
 from softmark.solvers.statics.balance import resultant_on
-from softmark.solvers.statics.clear import clear
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -168,18 +167,10 @@ class PreparedSolid(OnMesh):
     def _found(self, problem: Statics) -> Equilibrium:
         """From rest, or from a disturbed state. Raises NotConverged."""
         if self.contacts or self.loose is not None:
-            return outside.pressed(self, problem, self._beside)
+            return outside.found(self, problem)
         if self.disturbance is None:
             return equilibrium(problem)
         return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
-
-    def _beside(self, problem: Statics) -> Equilibrium:
-        """Beside rigid bodies where these are. Raises NotConverged."""
-        if self.loose is None:
-            return clear(problem, equilibrium)
-        from softmark.solvers.statics.grounded import grounded
-
-        return clear(problem, lambda own: grounded(own, equilibrium))
 
     def _loose(self, d: Floats) -> str:
         return outcome.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -60,8 +60,18 @@ def loose(
     return grounding.loose(case, mesh, parts, measured, dofs, beds)
 
 
-def pressed(solid: Any, problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
-    """What `find` finds of a solid, and where a rigid body that loads press comes to rest. Raises NotConverged."""
+def found(solid: Any, problem: Statics) -> Equilibrium:
+    """The equilibrium of a solid that touches, and where a rigid body that loads press is. Raises NotConverged."""
+    from softmark.solvers.statics.clear import clear
+    from softmark.solvers.statics.equilibrium import equilibrium
+
+    def find(problem: Statics) -> Equilibrium:
+        if solid.loose is None:
+            return clear(problem, equilibrium)
+        from softmark.solvers.statics.grounded import grounded
+
+        return clear(problem, lambda own: grounded(own, equilibrium))
+
     case: Case = solid.pieces[0].case
     if not any(touch.along is not None for touch in case.contacts):
         return find(problem)
