@@ -162,6 +162,11 @@ class Case:
         return self.porous or any(material.branches for material in self.materials)
 
     @property
+    def pressed(self) -> bool:
+        """Whether loads press a rigid body at rest, so that its place depends on the model and its mesh."""
+        return any(touch.along is not None for touch in self.contacts)
+
+    @property
     def porous(self) -> bool:
         """Whether one of its materials is full of fluid."""
         return any(porous(material) for material in self.materials)

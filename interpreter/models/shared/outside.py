@@ -73,7 +73,7 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
         return clear(problem, lambda own: grounded(own, equilibrium))
 
     case: Case = solid.pieces[0].case
-    if not any(touch.along is not None for touch in case.contacts):
+    if not case.pressed:
         return find(problem)
     from softmark.interpreter.models.shared.pressing import press_of
     from softmark.solvers.statics.pressed import pressed
@@ -94,7 +94,7 @@ def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def gone(case: Case, mesh: Moved | None) -> Case:
     """A case with its rigid bodies where loads have pressed them in a state; the same where they press none."""
-    if mesh is None or not any(touch.along is not None for touch in case.contacts):
+    if mesh is None or not case.pressed:
         return case
     from softmark.interpreter.models.shared import pressing
 
