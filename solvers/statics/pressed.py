@@ -113,14 +113,14 @@ class _Search:
 
     def _rounding(self, here: Place) -> float:
         """What the last digits of places leave in the force, N."""
-        return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here)))
+        return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here.found)))
 
     def _next(self, here: Place, left: float, stiffness: float) -> float:
         """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known.
 
         Without a force it goes out of the barrier as well, in which it would press less and less without an end.
         """
-        distance = min(c.barrier.distance for c in self._contacts(here))
+        distance = min(c.barrier.distance for c in self._contacts(here.found))
         first = FIRST * distance
         if stiffness > 0.0 and self._resists(here):
             most, self.stride = max(first, GROWS * abs(here.push) / stiffness), 0.0
@@ -156,10 +156,9 @@ class _Search:
         self.places += 1
         problem = replace(self.problem, tolerance=CLOSER * self.problem.tolerance)
         loads: list[Any] = list(problem.assembly.loads)
-        kept = near is not None and not problem.rubs
         for number in self.press.contacts:
             loads[number] = self.press.placed(loads[number], d)
-        if kept and near is not None:
+        if near is not None and not problem.rubs:
             last = iter(near.found.beside)
             for number, energy in enumerate(loads):
                 if energy.driven:
@@ -168,20 +167,19 @@ class _Search:
             problem = replace(problem, start=near.found.x)
         found = self.find(_with(problem, loads))
         self.history = (*self.history, *found.history)
-        return Place(d, found, self._push(found, found.x, 0.0, d))
+        return Place(d, found, self._push(found, found.x, d))
 
-    def _contacts(self, here: Place) -> list[Any]:
+    def _contacts(self, found: Equilibrium) -> list[Any]:
         """Those of the body as a state has them."""
         driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.driven]
         count = len(self.problem.assembly.loads)
         own = {number % count for number in self.press.contacts}
-        return [c for i, c in zip(driven, here.found.beside, strict=True) if i in own]
+        return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
 
-    def _push(self, found: Equilibrium, x: Floats, further: float, d: float) -> float:
-        """What it does to the body in a state x, along its way, N, as it has gone `further`, m."""
-        each = self._contacts(Place(d, found, 0.0))
-        each = [self.press.placed(c, d + further) for c in each] if further else each
-        return float(sum(c.pushes(x).sum(axis=0)[self.press.along] for c in each))
+    def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
+        """What it does to the body in a state x, along its way, N, where it has gone so far, m."""
+        each = (self.press.placed(contact, d) for contact in self._contacts(found))
+        return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
 
     def _stiffness(self, here: Place) -> float:
         """By how much more it presses as it goes on, all that gives way included, N/m; 0 where nothing resists."""
@@ -190,7 +188,7 @@ class _Search:
         last = iter(found.beside)
         loads = [next(last) if energy.driven else energy for energy in loads]
         assembly = self.problem.assembly.joined(loads)
-        own = self._contacts(here)
+        own = self._contacts(found)
         e = SMALL * min(c.barrier.distance for c in own)
         change = np.zeros(assembly.dofs)
         for sign in (1.0, -1.0):
@@ -202,12 +200,12 @@ class _Search:
         except Singular:
             return 0.0
         way[assembly.free] = -K.solve(change[assembly.free])
-        ahead, behind = (self._push(found, x + sign * way, sign * e, here.d) for sign in (1.0, -1.0))
+        ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
         return float((ahead - behind) / (2.0 * e))
 
     def _met(self, here: Place, sign: float) -> float:
         """Where it meets the body as that is, m, from where it touches nothing. Raises NotConverged."""
-        contacts, x, way = self._contacts(here), here.found.x, 0.0
+        contacts, x, way = self._contacts(here.found), here.found.x, 0.0
         distance = min(c.barrier.distance for c in contacts)
         far = None
         for _ in range(LOOKS):

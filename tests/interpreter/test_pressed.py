@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 from softmark import loads
+from softmark.interpreter.models.shared import pressing
+from softmark.interpreter.problem.case import Touch
 from softmark.interpreter.results.report import Report
 
 AXIAL = """softmark 1
@@ -99,6 +101,20 @@ def test_what_nothing_stops_is_no_answer(where: tuple[str, str]) -> None:
     found = solved(text).models["cubes"]
     assert found.status == "not_converged"
     assert "nothing stops the rigid body: it goes on along" in str(found.message)
+
+
+def test_a_force_that_is_wrong_by_a_thousandth_is_found_by_other_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is borne is held against the loads of the scene, read once more."""
+    right = pressing.force_on
+
+    def wrong(touch: Touch) -> float:
+        return 1.001 * right(touch)
+
+    monkeypatch.setattr(pressing, "force_on", wrong)
+    text = re.sub(r"static\(.*\)", "static()", SOLID).format(guide=GUIDE, friction="")
+    found = solved(text + PRESSED.format(at="(11, 10, 5)", vector="(0, 0, -20)").replace(", course = state", ""))
+    assert found.models["cubes"].status == "failed"
+    assert "what `ball` meets does not bear it: 1.0e-03" in str(found.models["cubes"].message)
 
 
 def test_weight_and_forces_add_up_and_friction_goes_from_state_to_state() -> None:
