@@ -70,7 +70,7 @@ BROAD = {
     "elastic-foundation", "creeping-cantilevers",
     "ring-of-a-file", "indented-layer", "grasp",
     "sphere-on-gel", "half-spheres", "ironing", "pin-on-a-membrane", "pressed-blocks", "indentation", "bar-on-a-wall",
-    "plate-on-a-column", "sliding-block", "joined-blocks", "pin",
+    "plate-on-a-column", "sliding-block", "joined-blocks", "pin", "sphere-by-force",
     "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
     "hollow-cantilever", "silicone-beam-by-others", "beam-let-go-by-others",

@@ -49,7 +49,7 @@ def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], 
     """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
     found, unsure = dict[str, Floats](), 0.0
     for touch in case.contacts:
-        found[touch.name], left = _of_contact(case, touch, mesh, u)
+        found[touch.name], left = of_contact(case, touch, mesh, u)
         unsure += left
     return found, unsure
 
@@ -158,7 +158,8 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
 
 
-def _of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+def of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+    """Forces on the nodes (n, 3), N, of one contact, and what of them is not sure, N. Raises Unchecked."""
     facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
     barrier = barrier.stiffer(mesh.stiffer)
     of, N, A = _points(case, touch, mesh, facets)

@@ -139,12 +139,13 @@ def _checked(
     if isinstance(case.analysis, Dynamic):
         return found, None
     if case.contacts and solution.mesh is not None:
-        from softmark.interpreter.evidence.contact_check import seen
+        from softmark.interpreter.evidence import contact_check, pressed_check
 
-        own, behind = seen(case, solution.mesh, np.asarray(solution.mesh.displacement, dtype=np.float64))
-        found |= own
-        if behind is not None:
-            return found, behind
+        for look in (contact_check.seen, pressed_check.checked):
+            own, behind = look(case, solution.mesh, np.asarray(solution.mesh.displacement, dtype=np.float64))
+            found |= own
+            if behind is not None:
+                return found, behind
     try:
         result, claimed = voucher.balance(looked)
     except Unchecked as reason:

@@ -40,8 +40,10 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
 
 
 def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
-    """How supports have moved a rigid body: its shift, m, its turn, rad, and the point that this is around, m."""
+    """How a rigid body has moved: its shift, m, its turn, rad, and the point that this is around, m."""
     shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
+    if touch.along is not None:
+        shift[touch.along] += touch.gone
     for support in (moved.thing for moved in touch.moved):
         for c in support.components:
             shift[c] += support.displacement[c]

@@ -7,11 +7,12 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Declared, Scene
-from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.language.scene import Declared, Scene, rigid
+from softmark.interpreter.problem.case import at_rest_pressed, case_of, left_to_go
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.contacts import Between
-from softmark.interpreter.vocabulary.supports import Symmetric
+from softmark.interpreter.vocabulary.loads import Gravity, PerMass, PointForce, Torque
+from softmark.interpreter.vocabulary.supports import Symmetric, Turned
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.filled import Filled
 from softmark.solvers.mesh.revolved import Cone, Revolved
@@ -34,6 +35,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
     thing, name = body.thing, body.name
+    if at_rest_pressed(scene, body):
+        yield from _at_rest(scene, body)
+        return
     if not thing.free:
         if any(thing.velocity) or any(thing.spin):
             field = "velocity" if any(thing.velocity) else "spin"
@@ -65,14 +69,14 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 
 def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """That there is a motion, in which its moments are those of the ends of steps."""
+    """That there is a motion, in which its moments are those of the ends of steps; at rest other rules hold."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is None or not isinstance(analysis.thing, Dynamic):
         yield (
             body.at("mass" if body.thing.mass is not None else "density"),
-            f"`{body.name}` is free, and nothing says where it comes to rest",
-            "free in a body at rest",
-            "move it by a support without a mass, `displaced(...)`, or follow it in time: `dynamic(...)`",
+            f"`{body.name}` is free, and is followed in a dynamic analysis or found at rest, in a static one",
+            "free in slow time",
+            "move it by a support without a mass, `displaced(...)`, or take `static(...)` or `dynamic(...)`",
         )
     elif analysis.thing.integrator == "midpoint":
         yield (
@@ -83,8 +87,106 @@ def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
         )
 
 
+def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """That loads may press it along one way alone, do not turn it, and say what they come to."""
+    thing, name = body.thing, body.name
+    if any(thing.velocity) or any(thing.spin):
+        field = "velocity" if any(thing.velocity) else "spin"
+        yield (
+            body.at(field),
+            f"`{name}` is at rest, and has a {field}",
+            "not at rest",
+            "leave it out, or take `dynamic(...)`",
+        )
+    if thing.density is not None and thing.mass is not None:
+        yield body.at("mass"), f"`{name}` has a density and a mass", "one of them", "keep one: the other follows"
+    for load in scene.acting("load", name):
+        if isinstance(load.thing, Torque):
+            yield (
+                load.at(),
+                f"`{load.name}` would turn `{name}`, which at rest goes along one way alone",
+                "what holds it takes the moment",
+                "leave it out; in a dynamic analysis it turns",
+            )
+    for support in scene.acting("support", name):
+        if isinstance(support.thing, Turned):
+            yield (
+                support.at(),
+                f"`{support.name}` turns `{name}`, which loads press",
+                "not both",
+                "leave out its mass and its forces, and let supports take it all the way, or leave the turn out",
+            )
+    met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
+    if met and not rigid(other := scene.declared[met[0].thing.body]):
+        yield from _one_way(scene, body, other)
+    yield from _touched(scene, body)
+
+
+def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
+    """That one way is left to it, which its weight is known along, and that no other is pressed as well."""
+    name, left = body.name, left_to_go(scene, body, other)
+    loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
+    if not left:
+        yield (
+            body.at(),
+            f"loads press `{name}`, which supports let go nowhere",
+            "one way is due",
+            "leave the way that it is to go out of the `components` of its supports",
+        )
+    elif len(left) > 1:
+        pressed = [i for i in left if any(_presses(load.thing.action, i) for load in loads)]
+        held = ["xyz"[i] for i in left if i != (pressed or left)[-1]]
+        hold = held[0] if len(held) == 1 else f"({', '.join(held)})"
+        ways = f"{', '.join('xyz'[i] for i in left[:-1])} and {'xyz'[left[-1]]}"
+        yield (
+            body.at(),
+            f"loads press `{name}`, which may go along {ways}, and turn",
+            "one way is due",
+            f"hold it in all others, so that it does not turn either: `fixed({name}, components = {hold})`",
+        )
+    weighed = any(isinstance(load.thing.action, PerMass) for load in loads)
+    if len(left) == 1 and not any(_presses(load.thing.action, left[0]) for load in loads):
+        way = "xyz"[left[0]]
+        yield (
+            body.at(),
+            f"no load presses `{name}` along {way}, the way that is left to it",
+            "nothing presses it",
+            f"let gravity or a `point_force({name}, ...)` have a part along {way}, or let a support take it",
+        )
+    if weighed and body.thing.density is not None:
+        if other.thing.planar in ("plane_strain", "plane_stress"):
+            yield (
+                body.at("density"),
+                f"`{name}` presses on a slice, and how much of it belongs to that is not known",
+                "not of a slice",
+                "say what that part weighs: `mass = 4 g`",
+            )
+        elif not isinstance(body.thing.shape, HEAVY):
+            yield (
+                body.at("shape"),
+                f"what `{name}` weighs is not known of its shape",
+                "no volume",
+                "say its `mass`",
+            )
+    for one in scene.of_kind("contact").values():
+        second = scene.declared[one.thing.rigid] if isinstance(one.thing, Between) else body
+        if second.name != name and one.thing.body == other.name and rigid(second) and at_rest_pressed(scene, second):
+            yield (
+                body.at(),
+                f"loads press `{name}`, and `{second.name}` as well",
+                "one at a time",
+                "hold one of them, which then bears what the other brings: leave its mass and its forces out",
+            )
+            return
+
+
+def _presses(action: Any, along: int) -> bool:
+    """Whether a load has a part along a way."""
+    return bool((action.acceleration if isinstance(action, PerMass) else action.force)[along])
+
+
 def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """That it meets one body, in space."""
+    """That it meets one body; in motion in space."""
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:
@@ -108,7 +210,7 @@ def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
             "not with a free body",
             "take the whole body",
         )
-    if case.planar:
+    if case.planar and not at_rest_pressed(scene, body):
         yield (body.at(), f"`{body.name}` is free, and `{first}` is plane", "not in the plane", "take a `solid`")
     elif case.remembers:
         yield (

@@ -231,7 +231,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
-    moved |= any(support.thing.moves for touch in case.contacts for support in touch.moved)
+    moved |= any(touch.driven for touch in case.contacts)
     return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
 
 

@@ -13,6 +13,7 @@ from softmark.interpreter.language.conditions import EVERYWHERE
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene, rigid
 from softmark.interpreter.problem.beside import beside_plane
+from softmark.interpreter.problem.case import at_rest_pressed
 from softmark.interpreter.problem.mirrors import led_fault
 from softmark.interpreter.vocabulary.contacts import Between
 from softmark.interpreter.vocabulary.loads import PointForce, Torque
@@ -37,8 +38,8 @@ DISTANT = (
 
 ON_AXIS = 1e-9  # of its size: a rigid body that is nearer to the axis turns about it
 PULLED = (
-    "what pulls at a rigid body that is free, with a `density` or a `mass` in a dynamic analysis, is gravity, a "
-    "`point_force(...)` or a `torque(...)`; any other goes where `displaced(...)` takes it"
+    "what pulls at a rigid body is gravity and a `point_force(...)`: of one with a `density` or a `mass` in a dynamic "
+    "analysis, where a `torque(...)` turns it as well, and at rest along the one way that is left to it"
 )
 MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a whole, and a `contact` lets it act"
 
@@ -165,7 +166,7 @@ def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         thing = declared.thing
         if declared.kind in ("contact", "metric") or getattr(thing, "body", None) != body.name:
             continue
-        if declared.kind == "load" and body.thing.free and isinstance(thing, PointForce | Torque):
+        if declared.kind == "load" and _pulls(scene, body, thing):
             if isinstance(thing, Torque) and thing.where is not EVERYWHERE:
                 yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a moment turns all of it",
                                  "no part of a rigid body", "leave `where` out")  # fmt: skip
@@ -179,6 +180,12 @@ def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         elif thing.where is not EVERYWHERE:
             yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a support has all of it",
                              "no part of a rigid body", "leave `where` out")  # fmt: skip
+
+
+def _pulls(scene: Scene, body: Declared, load: Any) -> bool:
+    """Whether a load is one of a rigid body, in motion or at rest."""
+    at_rest = isinstance(load, PointForce) and at_rest_pressed(scene, body)
+    return at_rest or (body.thing.free and isinstance(load, PointForce | Torque))
 
 
 def _together(scene: Scene, body: Declared) -> Iterator[Diagnostic]:

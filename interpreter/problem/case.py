@@ -11,9 +11,9 @@ from softmark.grammar.diagnostic import Diagnostic, Remedy
 from softmark.interpreter.language import units
 from softmark.interpreter.language.conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.messages import diagnostic
-from softmark.interpreter.language.scene import Declared, Location, Scene
+from softmark.interpreter.language.scene import Declared, Location, Scene, rigid
 from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
-from softmark.interpreter.vocabulary.loads import PerMass
+from softmark.interpreter.vocabulary.loads import PerMass, PointForce
 from softmark.interpreter.vocabulary.pairs import Itself, Tied
 from softmark.interpreter.vocabulary.supports import Bedded, Drain, InPlane, Level, OnAxis
 from softmark.records import dataclass
@@ -41,6 +41,8 @@ class Touch:
     rigid: Declared
     moved: tuple[Declared, ...]
     loads: tuple[Declared, ...] = ()  # of one that is free
+    along: int | None = None  # x, y or z, by number: the way that loads may press it at rest
+    gone: float = 0.0  # m, how far they have pressed it
 
     @property
     def name(self) -> str:
@@ -51,6 +53,12 @@ class Touch:
     def thing(self) -> Any:
         """What the scene says of the contact."""
         return self.declared.thing
+
+    @property
+    def driven(self) -> bool:
+        """Whether a support moves the rigid body, or a force of its own presses it."""
+        own = (load.value("body") == self.rigid.name for load in self.loads)
+        return any(support.thing.moves for support in self.moved) or any(own)
 
     def at(self, name: str = "") -> Location:
         """Where a field of the contact is given, or else its name."""
@@ -154,6 +162,11 @@ class Case:
         return self.porous or any(material.branches for material in self.materials)
 
     @property
+    def pressed(self) -> bool:
+        """Whether loads press a rigid body at rest, so that its place depends on the model and its mesh."""
+        return any(touch.along is not None for touch in self.contacts)
+
+    @property
     def porous(self) -> bool:
         """Whether one of its materials is full of fluid."""
         return any(porous(material) for material in self.materials)
@@ -222,8 +235,30 @@ def _made(scene: Scene, body: str) -> Case:
 
 
 def _touch(scene: Scene, contact: Declared) -> Touch:
-    rigid = contact.thing.rigid
-    return Touch(contact, scene.declared[rigid], scene.acting("support", rigid), scene.acting("load", rigid))
+    name = contact.thing.rigid
+    found = Touch(contact, scene.declared[name], scene.acting("support", name), scene.acting("load", name))
+    if not at_rest_pressed(scene, found.rigid):
+        return found
+    left = left_to_go(scene, found.rigid, scene.declared[contact.thing.body])
+    return replace(found, along=left[0] if len(left) == 1 else None)
+
+
+def at_rest_pressed(scene: Scene, body: Declared) -> bool:
+    """Whether loads say where a rigid body comes to rest: it has a mass or a force of its own, without a time."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if not rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
+        return False
+    own = (load for load in scene.acting("load", body.name) if load.value("body") == body.name)
+    return body.thing.free or any(isinstance(load.thing, PointForce) for load in own)
+
+
+def left_to_go(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
+    """The directions, 0 to 2, in which neither supports nor the plane or axis of what it meets hold a rigid body."""
+    held = {2} if body.thing.planar else set[int]()
+    held |= {0} if body.thing.planar == "axisymmetric" else set()
+    for support in scene.acting("support", instrument.name):
+        held |= set(getattr(support.thing, "components", ()))
+    return [i for i in range(3) if i not in held]
 
 
 def in_plane(body: Declared) -> tuple[Declared, ...]:

@@ -133,7 +133,10 @@ def _above(touch: Touch, face: Face) -> bool:
 
 
 def travel(touch: Touch) -> Vector:
-    """Where supports have taken a rigid body, m. Raises Refused where it turns."""
+    """Where supports have taken a rigid body, m. Raises Refused where it turns, or loads press it."""
+    if touch.along is not None:
+        raise Refused(f"loads press `{touch.rigid.name}`, and theories take how far it goes as given",
+                      "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
     shift = NONE
     for support in touch.moved:
         thing = in_full(support.thing)

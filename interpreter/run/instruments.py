@@ -37,7 +37,7 @@ def _instrument(case: Case, touch: Touch, body: SeenSurface, flight: Mapping[str
     if case.planar:
         span = float(body.position[:, 2].min()), float(body.position[:, 2].max())
         X, triangles = section(X, triangles, shape, span, case.planar == "axisymmetric")
-    turns, shifts = _flown(flight, body.times) if flight else _taken(touch, body)
+    turns, shifts = _flown(flight, body.times) if flight and touch.along is None else _taken(touch, body)
     return SeenInstrument(touch.rigid.name, X, triangles, turns, shifts)
 
 

@@ -20,6 +20,7 @@ from softmark.interpreter.language.scene import SceneError
 from softmark.interpreter.models.answers.at_rest import at_rest
 from softmark.interpreter.models.answers.stressed import stressed
 from softmark.interpreter.models.prepare import prepared_model
+from softmark.interpreter.models.shared import outside
 from softmark.interpreter.models.shared.pieces import facts, of_cells
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault
@@ -70,6 +71,7 @@ def solve(work: Work, name: str) -> None:
     case = work.case(declared := work.scene.declared[name])
     prepared, setup, setup_cpu = work.prepared[name]
     solution, wall, cpu = _begun(work, name, prepared)
+    case = outside.gone(case, solution.mesh)
     solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
     history = solution.history
     known = facts(case, prepared.mesh) | _body(case, prepared) | _filled(case, prepared)

@@ -44,12 +44,20 @@ class Rigid:
     `torque(...)` without `where` and what it touches let it; momentum of both together is kept, with friction too, and
     damping is that of the body that deforms alone. A report says how in `solve.rigid`. Spheres, boxes, cylinders,
     bodies of revolution and closed surfaces have a mass; it meets one body, in space.
+
+    At rest a known force may press it: `point_force(ball, ...)`, and its weight where it has a mass. How far it goes
+    is found, along the one way, x, y or z, that is left to it: `support guide = fixed(ball, components = (x, y))` holds
+    it in the others, and so from turning, or `displaced(ball, by = ..., components = x)` takes it along there. A body
+    in the plane leaves it x or y, and one of revolution y alone, without a support. What holds it bears the rest of its
+    loads. It goes on until what it meets bears the force, to the tolerance of the analysis, and resists more of it;
+    where nothing does there is no answer. `solve.rigid` of the report has its `travel_m`, and the stiffness that it
+    meets. With friction each state is one step from the one before.
     """
 
     shape: Annotated[Any, "shape", "its geometry where it is declared"]
-    density: Annotated[float | None, "kg/m^3 in (0, inf)", "makes it free to move and turn, in a dynamic analysis"] = (
-        None
-    )
+    density: Annotated[
+        float | None, "kg/m^3 in (0, inf)", "makes it free to move and turn in time; its weight at rest"
+    ] = None
     mass: Annotated[float | None, "kg in (0, inf)", "what it weighs in all, in place of a density"] = None
     velocity: Annotated[Vector3, "m/s", "of a free one at the start"] = (0.0, 0.0, 0.0)
     spin: Annotated[Vector3, "rad/s", "angular velocity of a free one at the start, about its centre of mass"] = (

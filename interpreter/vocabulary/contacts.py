@@ -16,14 +16,15 @@ class Between:
     """Keeps the surface of a body clear of a rigid one: what presses on it is found, and nothing passes through.
 
     The rigid body stays where it is declared, or goes where a support takes it: `support hand = displaced(ball, by =
-    (0, 0, -1) mm)`. No node of the surface comes behind that of the rigid body, nor the middle of facets of eight
-    nodes, and in space points inside facets that are longer than the rigid body is sharp. Where an edge, a corner or
-    a tip still cuts in between these, points join them and the state, or the step of a motion, is found again until
-    nothing does: `solve.joined` of the report has how many press in the last state. Where no such state is found, as
-    it may be between fine facets, the one without these points stays; and what is blunter than a facet is long may cut
-    in by as much as facets are flat: the table of contacts in the report says how deep all that is left goes. A thin
-    barrier does it: it has no pressure beyond the `distance`, which is chosen at a hundred-thousandth of the size of
-    the body, at rest at no more than 1/2000 of how far supports move anything, and more than the body can bear at
+    (0, 0, -1) mm)`, or as far as a known force presses it: `load hand = point_force(ball, ...)`. No node of the surface
+    comes behind that of the rigid body, nor the middle of facets of eight nodes, and in space points inside facets that
+    are longer than the rigid body is sharp. Where an edge, a corner or a tip still cuts in between these, points join
+    them and the state, or the step of a motion, is found again until nothing does: `solve.joined` of the report has how
+    many press in the last state. Where no such state is found, as it may be between fine facets, the one without these
+    points stays; and what is blunter than a facet is long may cut in by as much as facets are flat: the table of
+    contacts in the report says how deep all that is left goes. A thin barrier does it: it has no pressure beyond the
+    `distance`, which is chosen at a hundred-thousandth of the size of the body, at rest at no more than 1/2000 of how
+    far supports move anything, and more than the body can bear at
     touch, so that a gap of less than that distance is left, which is part of the stated error.
     `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
     plane, where the rigid body is cut by z = 0.

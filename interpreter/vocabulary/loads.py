@@ -249,7 +249,7 @@ class PointForce(Load):
 
     In a solid the displacement right under a point force grows without bound as the mesh is refined: look at it from a
     distance. On a beam a point beside the axis is one of its section, which carries it along: an eccentric force. On a
-    free rigid body it pulls at that point of it, wherever that goes.
+    free rigid body it pulls at that point of it, wherever that goes; at rest it presses one that may go one way.
     """
 
     strength = "vector"

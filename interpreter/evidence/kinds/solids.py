@@ -81,9 +81,12 @@ class Solids(Sized):
     # ------------------------------------------------------------------ discretisation
 
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
-        """From a finer space over the same cells, or else from coarser meshes. Raises Unknown."""
+        """From a finer space over the same cells, or else from coarser meshes. Raises Unknown.
+
+        A finer space knows nothing of how far loads press a rigid body in it.
+        """
         why = ""
-        if not isinstance(answer.case.analysis, Dynamic) and not answer.case.remembers:
+        if not (isinstance(answer.case.analysis, Dynamic) or answer.case.remembers or answer.case.pressed):
             try:
                 return self._from_finer(answer, seen)
             except Unknown as unknown:
@@ -217,14 +220,14 @@ class Solids(Sized):
     def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        if seen.in_forces or answer.case.porous:  # whose past counts
+        if seen.in_forces or answer.case.porous or answer.case.pressed:  # whose past counts, or whose place
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
 
     def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
-        if seen.in_forces or answer.case.porous:
+        if seen.in_forces or answer.case.porous or answer.case.pressed:
             return 1.0
         try:
             fine = seen.at(self._finer(answer))

@@ -54,7 +54,6 @@ from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.reduced.cells import of_cells
 from softmark.solvers.statics.balance import resultant_on
-from softmark.solvers.statics.clear import clear
 from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -167,12 +166,8 @@ class PreparedSolid(OnMesh):
 
     def _found(self, problem: Statics) -> Equilibrium:
         """From rest, or from a disturbed state. Raises NotConverged."""
-        if self.loose is not None:
-            from softmark.solvers.statics.grounded import grounded
-
-            return clear(problem, lambda own: grounded(own, equilibrium))
-        if self.contacts:
-            return clear(problem, equilibrium)
+        if self.contacts or self.loose is not None:
+            return outside.found(self, problem)
         if self.disturbance is None:
             return equilibrium(problem)
         return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
@@ -186,6 +181,7 @@ class PreparedSolid(OnMesh):
         u = x.reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_facts(self.mesh) | crossing.crossings(self.beds, x)
+        facts |= outside.told(self, facts.pop("pressed", None))
         beside = outside.settled(self, found)
         kept, adrift = outside.kept(self, beside, x)
         doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
@@ -200,6 +196,8 @@ class PreparedSolid(OnMesh):
             modes = vibrations.none("it was stopped before it came to an equilibrium")
         elif adrift:
             modes = vibrations.none(f"nothing brings it back: it is free to {adrift}")
+        elif "rigid" in facts:
+            modes = vibrations.none("a rigid body that loads press would move with it")
         elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
             modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)

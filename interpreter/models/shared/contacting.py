@@ -57,7 +57,7 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
 
 @dataclass(frozen=True)
 class Moving:
-    """A rigid body where its supports have taken it at a share of the load: turned first, and then shifted."""
+    """A rigid body where it has been taken at a share of the load: turned first, and then shifted."""
 
     gap: Gap
     touch: Touch
@@ -73,8 +73,10 @@ class Moving:
 
 
 def pose_at(touch: Touch, share: float) -> Pose | None:
-    """Where supports have taken a rigid body at a share of the load; None where it is declared."""
+    """Where supports and loads have taken a rigid body at a share of the load; None where it is declared."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
+    if touch.along is not None:
+        shift[touch.along] = share * touch.gone
     for support in touch.moved:
         shift = shift + share * np.array(support.thing.imposed)
         if support.thing.turns:

@@ -36,6 +36,16 @@ def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
                 "which one is found is arbitrary; an imperfection decides it",
             ),
         )
+    if found.facts.get("pressed", {}).get("gave_way"):
+        return (
+            diagnostic(
+                "W314",
+                at,
+                f"`{declared.name}` gave way to the rigid body that loads press, which went on to where it is held",
+                "one of several states",
+                "before that it may be held as well, by less than all of the load: raise it in `states`",
+            ),
+        )
     if found.critical is not None or any(i.phase == "aside" for i in found.history):
         part = "" if found.critical is None else f" at {found.critical:.3g} of the load"
         return (

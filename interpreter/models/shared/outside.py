@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.interpolation import Integration
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.statics.equilibrium import Equilibrium
+    from softmark.solvers.statics.equilibrium import Equilibrium, Statics
 
 Solid = TypeVar("Solid")
 
@@ -59,6 +59,47 @@ def loose(
     from softmark.interpreter.models.shared import grounding
 
     return grounding.loose(case, mesh, parts, measured, dofs, beds)
+
+
+def found(solid: Any, problem: Statics) -> Equilibrium:
+    """The equilibrium of a solid that touches, and where a rigid body that loads press is. Raises NotConverged."""
+    from softmark.solvers.statics.clear import clear
+    from softmark.solvers.statics.equilibrium import equilibrium
+
+    def find(problem: Statics) -> Equilibrium:
+        if solid.loose is None:
+            return clear(problem, equilibrium)
+        from softmark.solvers.statics.grounded import grounded
+
+        return clear(problem, lambda own: grounded(own, equilibrium))
+
+    case: Case = solid.pieces[0].case
+    if not case.pressed:
+        return find(problem)
+    from softmark.interpreter.models.shared.pressing import press_of
+    from softmark.solvers.statics.pressed import pressed
+
+    press = press_of(case, solid.contacts)
+    assert press is not None
+    return pressed(problem, press, find)
+
+
+def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What a report says of a rigid body that loads press, of what solving it has found; nothing where none does."""
+    if known is None:
+        return {}
+    from softmark.interpreter.models.shared import pressing
+
+    return {"rigid": pressing.told(solid.pieces[0].case, known)}
+
+
+def gone(case: Case, mesh: Moved | None) -> Case:
+    """A case with its rigid bodies where loads have pressed them in a state; the same where they press none."""
+    if mesh is None or not case.pressed:
+        return case
+    from softmark.interpreter.models.shared import pressing
+
+    return pressing.settled(case, mesh.beside)
 
 
 def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:

@@ -75,3 +75,16 @@ def lines(report: Report) -> Iterator[str]:
                 continue
             most = units.show(rounded(own.touch.pressure, DIGITS), units.PRESSURE)
             yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"
+    yield from _travels(report)
+
+
+def _travels(report: Report) -> Iterator[str]:
+    """`ball goes 1.39 mm along -z in hexes`, of rigid bodies that loads press at rest."""
+    for name, model in report.models.items():
+        for body, own in (model.solve.get("rigid") or {}).items():
+            way = own.get("travel_m")
+            if model.status != "converged" or way is None or not any(way):
+                continue
+            along = max(range(3), key=lambda i: abs(way[i]))
+            far = units.show(rounded(abs(way[along]), DIGITS), units.LENGTH)
+            yield f"{body} goes {far} along {'-' if way[along] < 0.0 else '+'}{'xyz'[along]} in {name}"
