@@ -90,15 +90,18 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
         ways += [] if turns or crept else [_free]
         ways += [] if problem.rubs else [_stepped]  # with friction whole steps come last, not first
         ways += [_softly] if problem.beside and not (problem.rubs or turns) else []
+    vain = None  # iterations from rest to the whole load that the careful way would go through again
     for way in ways:
+        before = len(history)
         try:
             return way(problem, history, systems)
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
             unstable = failure.unstable if unstable is None else unstable
+            vain = len(history) - before if problem.rubs and way is _free else vain
     if unstable is not None and problem.grounded:
         found = _beside(problem, history, systems, unstable)
     else:
-        found = _careful(problem, history, systems, problem.rubs and _free in ways)
+        found = _careful(problem, history, systems, vain)
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
 
@@ -258,13 +261,15 @@ def _capped(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
 # --------------------------------------------------------- decreasing energy, loads in steps
 
 
-def _careful(problem: Statics, history: list[Iteration], systems: Systems, tried: bool = False) -> Equilibrium:
-    """By loads that grow as far as an equilibrium is found; of all at once from rest, unless that was `tried` before.
+def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
+    """By loads that are halved where no equilibrium is found; from rest to all of it is not tried where that was.
 
-    Raises NotConverged.
+    It took `vain` iterations then. Raises NotConverged.
     """
     newton = Newton(problem, history, systems, "careful")
-    x, load, step, steps, wasted = problem.rest, 0.0, (0.5 if tried else 1.0) * problem.longest, 0, 0
+    x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, vain or 0
+    if vain is not None:
+        step *= 0.5
     while load < 1.0:
         target, before = min(1.0, load + step), len(history)
         try:
