@@ -50,11 +50,10 @@ def _border(metric: ContactArea, seen: ProbeAnswer) -> float:
     """Half of the facets that the border is in, in the unit of an area; nothing where these are not known."""
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
-    return (
-        WITHIN * field.pressing.border / field.sides / touch.area * seen.size
-        if touch and field and touch.area > 0.0
-        else 0.0
-    )
+    if not (touch and field and touch.area > 0.0):
+        return 0.0
+    found: float = WITHIN * field.pressing.border / field.sides / touch.area * seen.size
+    return found
 
 
 def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:

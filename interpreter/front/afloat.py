@@ -39,8 +39,7 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
         yield from _at_rest(scene, body)
         return
     if not thing.free:
-        if any(thing.velocity) or any(thing.spin):
-            field = "velocity" if any(thing.velocity) else "spin"
+        if field := _started(thing):
             yield (
                 body.at(field),
                 f"`{name}` has no mass, and a {field} of its own",
@@ -48,8 +47,7 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "give it a `density`, or let a support move it: `displaced(...)`",
             )
         return
-    if thing.density is not None and thing.mass is not None:
-        yield body.at("mass"), f"`{name}` has a density and a mass", "one of them", "keep one: the other follows"
+    yield from _weighed_twice(body)
     if not isinstance(thing.shape, HEAVY):
         yield (
             body.at("shape"),
@@ -66,6 +64,17 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
         )
     yield from _in_motion(scene, body)
     yield from _touched(scene, body)
+
+
+def _started(thing: Any) -> str:
+    """Which of its fields sets a rigid body going; "" where none does."""
+    return "velocity" if any(thing.velocity) else "spin" if any(thing.spin) else ""
+
+
+def _weighed_twice(body: Declared) -> Iterator[Reason]:
+    """That it has a density and a mass."""
+    if body.thing.density is not None and body.thing.mass is not None:
+        yield body.at("mass"), f"`{body.name}` has a density and a mass", "one of them", "keep one: the other follows"
 
 
 def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
@@ -90,16 +99,14 @@ def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
 def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
     """That loads may press it along one way alone, do not turn it, and say what they come to."""
     thing, name = body.thing, body.name
-    if any(thing.velocity) or any(thing.spin):
-        field = "velocity" if any(thing.velocity) else "spin"
+    if field := _started(thing):
         yield (
             body.at(field),
             f"`{name}` is at rest, and has a {field}",
             "not at rest",
             "leave it out, or take `dynamic(...)`",
         )
-    if thing.density is not None and thing.mass is not None:
-        yield body.at("mass"), f"`{name}` has a density and a mass", "one of them", "keep one: the other follows"
+    yield from _weighed_twice(body)
     for load in scene.acting("load", name):
         if isinstance(load.thing, Torque):
             yield (

@@ -164,14 +164,16 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     """What it says of stress, as a model does; None of one that does not."""
     if not reference.thing.with_stress:
         return None
+    own: Any = found
+    told: Any
     if reference.thing.about == "stacked":
         from softmark.interpreter.problem import patch_theory
 
-        stacked = patch_theory.Told(found)  # type: ignore[arg-type]
-        return lambda: stacked
-    from softmark.interpreter.problem.far_stress import Told
+        told = patch_theory.Told(own)
+    else:
+        from softmark.interpreter.problem import far_stress
 
-    told = Told(found)  # type: ignore[arg-type]
+        told = far_stress.Told(own)
     return lambda: told
 
 

@@ -24,7 +24,7 @@ WORDS = {  # of numbers of a contact: what each is called, and its unit
 }
 
 
-def asked_of_contacts(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
+def _asked(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
     """Metrics by the contact and the number of it that they ask for."""
     found: dict[tuple[str, str], list[Declared]] = {}
     for metric in scene.of_kind("metric").values():
@@ -38,7 +38,7 @@ def colours_of_contacts(scene: Scene, view: View, X: Floats) -> Iterator[Carried
     """What contacts of the body of a model do at points X (n, 3) of its surface: nothing where they do not touch."""
     own = {*(touch.name for touch in view.case.contacts), *(pair.name for pair in view.case.pairs)}
     touches = {} if view.at_rest is None else view.at_rest.touches
-    for (contact, number), metrics in asked_of_contacts(scene).items():
+    for (contact, number), metrics in _asked(scene).items():
         if contact not in own:
             continue
         words, unit = WORDS[number]

@@ -184,9 +184,8 @@ class _Search:
     def _stiffness(self, here: Place) -> float:
         """By how much more it presses as it goes on, all that gives way included, N/m; 0 where nothing resists."""
         x, found = here.found.x, here.found
-        loads: list[Any] = list(self.problem.assembly.loads)
         last = iter(found.beside)
-        loads = [next(last) if energy.driven else energy for energy in loads]
+        loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
         assembly = self.problem.assembly.joined(loads)
         own = self._contacts(found)
         e = SMALL * min(c.barrier.distance for c in own)

@@ -137,11 +137,13 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
     left = assembly.gradient(exact, 1.0)[: mesh.points.size].reshape(-1, 3)
-    own = {load.name: _plain(_force(energy, moved.ravel())) for load, energy in loads}
+    own = {load.name: _plain(force_at_nodes(energy, moved.ravel())) for load, energy in loads}
     energy = float(sum(e.value(exact) for e in assembly.internal))
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
-    pulling = sum((_plain(_force(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
+    pulling = (
+        sum((_plain(force_at_nodes(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
+    )
     return Carried(mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling)
 
 
@@ -149,7 +151,7 @@ def bedded(carried: Carried, beds: Mapping[str, Energy]) -> Carried:
     """With what beds do to a body that lies on them; the strain energy is that of the body alone."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
-    each = {name: _plain(counted(bed, _force(bed, u))) for name, bed in beds.items()}
+    each = {name: _plain(counted(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
     return replace(carried, energy=carried.energy - stored, beds=each)
 
 
@@ -163,12 +165,12 @@ def touched(carried: Carried, contacts: Mapping[str, Touching], case: Case) -> C
     from softmark.interpreter.models.answers.touch import touch_of
 
     u = carried.u.ravel()
-    each = {name: _plain(_force(contact, u)) for name, contact in contacts.items()}
+    each = {name: _plain(force_at_nodes(contact, u)) for name, contact in contacts.items()}
     touches = {name: touch_of(case, contact, carried.X, carried.x, u) for name, contact in contacts.items()}
     return replace(carried, beds={**carried.beds, **each}, touches=touches)
 
 
-def _force(load: Energy, u: Floats) -> Floats:
+def force_at_nodes(load: Energy, u: Floats) -> Floats:
     """What a load does at the nodes (n, 3), N, in a state u (3 n,)."""
     g = np.zeros_like(u)
     load.add_gradient(u, g)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from softmark.interpreter.models.answers.carried import force_at_nodes
 from softmark.interpreter.models.answers.touch import Surface, alike, spread
 from softmark.interpreter.models.shared.contacting import plane_modulus
 from softmark.interpreter.results.reactions import Friction, Touch
@@ -46,7 +47,7 @@ def meeting_of(
     hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
     own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
     facets, both = mesh.facets[own_facets], _met(skin, hold, own_facets)
-    f = -np.einsum("ni,ni->n", _pushes(pressing, u) if force is None else force, n)
+    f = -np.einsum("ni,ni->n", force_at_nodes(pressing, u) if force is None else force, n)
     nodes, g, near = np.unique(facets), np.full(len(x), np.nan), None
     if pressing.alone:  # of what meets itself forces tell where it touches
         g[nodes] = _gaps(skin, (mesh.points + u.reshape(-1, 3))[nodes], nodes, mesh, u)
@@ -58,13 +59,6 @@ def meeting_of(
     rubbing, rubbed = (None, {}) if own is None else _rubbing(sliding, hold, skin, u, own, len(x))
     field = Surface(mesh.points, nodes, pressed, rubbed, both)
     return Touch(pressed.area / both, pressed.largest, least, left, field, rubbing)
-
-
-def _pushes(pressing: Colliding, u: Floats) -> Floats:
-    """What presses on nodes (n, 3), N."""
-    g = np.zeros(u.size)
-    pressing.add_gradient(u, g)
-    return -g.reshape(-1, 3)
 
 
 def _met(skin: Skin, hold: Hold, facets: Ints) -> int:
