@@ -13,7 +13,8 @@ from softmark.interpreter.metrics.measure import measured_by
 from softmark.interpreter.metrics.measurement import Known
 from softmark.interpreter.metrics.measurement import Seen as Looked
 from softmark.interpreter.metrics.metric import Metric, OfDisplacements, OfForces
-from softmark.interpreter.metrics.tensors import OfTensors, shares_of
+from softmark.interpreter.metrics.probe_samples import ProbePlace, ProbeSamples
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.view import View
@@ -140,7 +141,7 @@ class ProbeAnswer:
             raise Unknown(NO_ERROR)
         if metric.measured_from is None:
             return max(abs(self.value), metric.usual(self.stress()))
-        return self._of_stress(lambda own, right: metric.extent(own, right, self.X, self._shares), self.stress)
+        return self._of_stress(lambda own, right: metric.extent(own, right, self._samples(metric, own)), self.stress)
 
     @property
     def acting(self) -> float:
@@ -205,15 +206,17 @@ class ProbeAnswer:
         if self.stress is None or other.stress is None:
             raise Unknown(NO_ERROR)
         own, theirs = self.stress, other.stress
-        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self.X, right, self._shares), own)
+        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self._samples(metric, one), right), own)
 
     @property
-    def _shares(self) -> Floats:
-        """What each point counts in a mean (n,)."""
-        weights = (
-            None if self.view is None or self.metric is None else self.view.weights.get(self.metric.looked_at or "")
-        )
-        return shares_of(self.X, weights, None if self.probe is None else self.probe.triangles)
+    def place(self) -> ProbePlace:
+        """The probe as metrics of tensors see it."""
+        name, view = "" if self.metric is None else self.metric.looked_at or "", self.view
+        weights, domain = (None, None) if view is None else (view.weights.get(name), view.domains.get(name))
+        return ProbePlace(self.X, None if self.probe is None else self.probe.triangles, weights, domain)
+
+    def _samples(self, metric: OfTensors, field: Any) -> ProbeSamples:
+        return metric.samples(self.place, field)
 
     def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
         """A number of the stresses of this answer and of what is taken as right, itself where that is nothing."""
@@ -253,6 +256,7 @@ class ProbeAnswer:
         looked = Looked(
             view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field,
             history=other.history, stress=other.stress, at_rest=other.at_rest,
+            domain=view.domains.get(metric.looked_at or ""),
         )  # fmt: skip
         try:
             return measured_by(metric, looked).value

@@ -216,6 +216,7 @@ def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
         view.stress,
         view.at_rest,
         view.vibrations,
+        domain=view.domains.get(name or ""),
     )
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.curves import Course, Curve
     from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.problem.probe_domains import ProbeDomain
     from softmark.interpreter.results.history import History
     from softmark.interpreter.results.reactions import AtRest
     from softmark.interpreter.results.report import Timing
@@ -69,6 +70,7 @@ class Seen:
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
     curve: Course | None = None  # of another metric, where it is asked for
     number: Number | None = None  # of another metric, where it is asked for
+    domain: ProbeDomain | None = None  # of the probe, for metrics of stress and strain
 
 
 @dataclass(frozen=True)

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric import Metric
+from softmark.interpreter.metrics.probe_samples import Over, ProbePlace, ProbeSamples, paired
 from softmark.interpreter.metrics.undefined import Undefined
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Floats, Ints, Seen
+    from softmark.interpreter.metrics.measurement import Floats, Seen
     from softmark.solvers.stresses.field import Part, Stresses
-    from softmark.solvers.stresses.measures import Tensors
+    from softmark.solvers.stresses.measures import Sides, Tensors
 
     Told = Callable[[], Stresses] | None  # of who is seen; it raises NoStress
 else:
     from softmark.solvers.base.deferred import np
 
 WORST = 1.5**0.5  # of a tensor's norm: von Mises' stress
-EVEN = 1e-9  # relative: steps between points that are one line
-Over = Literal["largest", "mean"]
 
 
 class OfTensors(Metric):
@@ -53,40 +52,48 @@ class OfTensors(Metric):
         """What the numbers are of (n, 3, 3), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
-    def apart(self, one: Stresses, other: Stresses, X: Floats, right: Stresses, shares: Floats | None = None) -> float:
-        """How far two fields are apart at points X (n, 3), in the metric's unit: by all of the tensor.
-
-        `shares` (n,) are what each point counts in a mean, alike without them.
+    def apart(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
+        """How far two fields are apart at sample points, in the metric's unit: by all of the tensor.
 
         One component may agree by chance. The norm of the difference bounds that of every component and principal value
         (Weyl 1912), and that of von Mises' stress with sqrt(3/2). How far each is from what is `right` changes by no
-        more than that (triangle inequality). Raises Undefined.
+        more than that (triangle inequality). On an interface each side is compared with the same side. Raises
+        Undefined.
         """
-        difference = self.tensors(one.at(X)) - self.tensors(other.at(X))
+        sides, theirs = paired(one, other, samples.X)
+        difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
         if self.measured_from is not None:
-            return WORST * self._norm(difference, shares) / self.scale(right, X, shares)
+            return WORST * self._norm(difference, shares) / self.scale(right, samples)
         if self.over == "mean":
             difference = np.average(difference, axis=0, weights=shares)[None]
         return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
 
-    def scale(self, right: Stresses, X: Floats, shares: Floats | None = None) -> float:
+    def scale(self, right: Stresses, samples: ProbeSamples) -> float:
         """What an error is relative to, in its natural unit; 1 of what is none. Raises Undefined."""
         if self.measured_from is None:
             return 1.0
-        if (size := self._norm(self.tensors(right.at(X)), shares)) == 0.0:
+        if (size := self._size(right, samples)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
         return size
 
-    def extent(self, own: Stresses, right: Stresses, X: Floats, shares: Floats | None = None) -> float:
+    def extent(self, own: Stresses, right: Stresses, samples: ProbeSamples) -> float:
         """What an error of the displacements is multiplied by, in the metric's unit. Raises Undefined.
 
         What tensors are there or, where these are none, in the body.
         """
-        return max(self._norm(self.tensors(own.at(X)), shares), self.usual(own)) / self.scale(right, X, shares)
+        return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
 
-    def _norm(self, tensors: Floats, shares: Floats | None) -> float:
+    def _size(self, field: Stresses, samples: ProbeSamples) -> float:
+        sides = field.sides(samples.X)
+        return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
+
+    def _norm(self, tensors: Floats, shares: Floats) -> float:
         norms = np.linalg.norm(tensors, axis=(1, 2))
         return float(np.average(norms, weights=shares) if self.over == "mean" else norms.max())
+
+    def samples(self, place: ProbePlace, field: Stresses) -> ProbeSamples:
+        """The points of a probe at which the metric looks at a field."""
+        return place.sampled(self.over, field, None if self.measured_from is not None else self.values)
 
     def usual(self, field: Stresses) -> float:
         """What tensors of the body come to in the mean square, in the metric's unit."""
@@ -95,36 +102,50 @@ class OfTensors(Metric):
     def measure(self, seen: Seen) -> Measurement:
         """The value, where it is, and how far the cells there are from agreeing. Raises Undefined."""
         field = field_of(seen.stress)
-        tensors = field.at(seen.X)
-        values = self._finite(tensors)
+        place = ProbePlace(seen.X, seen.triangles, seen.weights, seen.domain)
         if self.measured_from is not None:
-            return self._compared(values, seen)
-        place, value = self._summed(values, seen)
-        at = seen.X[place : place + 1]
+            return self._compared(field, place, seen)
+        samples = self.samples(place, field)
+        sides = field.sides(samples.X)
+        values = self._finite(sides.tensors)
+        row, value = self._summed(values, sides.per_row(samples.shares))
+        at = samples.X[sides.rows[row]][None]
         details = {
             f"largest_{self._suffix}": float(values.max()),
             f"least_{self._suffix}": float(values.min()),
             "at_m": at[0].tolist(),
-            "points": len(values),
-            "norm_Pa": float(np.linalg.norm(tensors.cauchy[place])),
+            "points": len(seen.X),
+            "norm_Pa": float(np.linalg.norm(sides.tensors.cauchy[row])),
             "cells_apart_Pa": float(field.unresolved(at)[0]),
             "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
-            "where_materials_meet": field.shared(seen.X),
+            "where_materials_meet": self._two_valued(field, sides, samples, seen),
         }
+        here = values[sides.rows == sides.rows[row]]
+        if len(here) > 1:
+            details[f"sides_{self._suffix}"] = here.tolist()
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
-    def _compared(self, values: Floats, seen: Seen) -> Measurement:
-        """How far values (n,) are from those of the model that is taken as right, at the same points."""
+    def _two_valued(self, field: Stresses, sides: Sides, samples: ProbeSamples, seen: Seen) -> int:
+        """How many points have two values: of a mean none where they take no part in the integral."""
+        if self.over == "largest":
+            return int(field.shared(seen.X))
+        part = float(sides.per_row(samples.shares)[sides.two_valued].sum())
+        return round(part * len(seen.X)) or int(part > 0.0)
+
+    def _compared(self, field: Stresses, place: ProbePlace, seen: Seen) -> Measurement:
+        """How far the values are from those of the model that is taken as right, at the same points."""
+        samples = self.samples(place, field)
         try:
             right = field_of(None if seen.known is None else seen.known.stress)
-            theirs = self._finite(right.at(seen.X))
+            sides, known = paired(field, right, samples.X)
+            values, theirs = self._finite(sides.tensors), self._finite(known)
         except Undefined as undefined:
             raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
-        far, size = np.abs(values - theirs), self.scale(right, seen.X, shares_of(seen.X, seen.weights, seen.triangles))
-        place, value = self._summed(far, seen)
+        far, size = np.abs(values - theirs), self.scale(right, samples)
+        row, value = self._summed(far, sides.per_row(samples.shares))
         details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
-        details |= {"at_m": seen.X[place].tolist(), "points": len(far)}
+        details |= {"at_m": samples.X[sides.rows[row]].tolist(), "points": len(seen.X)}
         return Measurement(value / size, details, samples=far / size if len(far) > 1 else None)
 
     @property
@@ -137,39 +158,10 @@ class OfTensors(Metric):
             raise Undefined("the state is so deformed that it has no number in every point")
         return values
 
-    def _summed(self, values: Floats, seen: Seen) -> tuple[int, float]:
-        """The point of the greatest magnitude, and the value there or the mean."""
-        place = int(np.abs(values).argmax())
-        if self.over == "largest":
-            return place, float(values[place])
-        return place, float(shares_of(seen.X, seen.weights, seen.triangles) @ values)
-
-
-def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
-    """What each of points X (n, 3) counts in a mean (n,), of sum 1.
-
-    The volume, the area or the length that it stands for, by `weights` (n,) or `triangles` (k, 3); else each alike.
-    """
-    if weights is not None:
-        told: Floats = weights / weights.sum()
-        return told
-    if triangles is None or not len(triangles):
-        return _along(X)
-    corners = X[triangles]
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    found: Floats = np.bincount(triangles.ravel(), np.repeat(areas, 3), minlength=len(X)) / (3.0 * areas.sum())
-    return found
-
-
-def _along(X: Floats) -> Floats:
-    """What each of points (n, 3) counts (n,): alike, and the ends of a straight line half, the trapezoidal rule."""
-    count = len(X)
-    w: Floats = np.ones(count)
-    steps = np.diff(X, axis=0)
-    if count > 2 and np.ptp(steps, axis=0).max() <= EVEN * np.abs(steps).max():
-        w[[0, -1]] = 0.5
-    w /= w.sum()
-    return w
+    def _summed(self, values: Floats, shares: Floats) -> tuple[int, float]:
+        """The row of the greatest magnitude, and the value there or the mean."""
+        row = int(np.abs(values).argmax())
+        return row, float(values[row] if self.over == "largest" else shares @ values)
 
 
 def field_of(told: Told) -> Stresses:

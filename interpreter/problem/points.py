@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial, reduce
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import cuts_for
 from softmark.interpreter.problem.data import located
 from softmark.interpreter.problem.outliers import kept
+from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.report import ProbeResult, SeenSurface
 from softmark.interpreter.results.thinning import picked
@@ -45,6 +46,7 @@ MANY = 5000  # of them, where a scene says nothing: a compact body would have tw
 FRAMES = 40  # of a history that a report keeps of a surface
 SCANNED = (128, 192)  # points around and along: facets must stay far below a voxel
 MISSED = 0.01  # of the area that a probe selects: less is not worth a word
+INNER = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0  # of a triangle: exact for quadratics
 DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth picture
 
 
@@ -52,13 +54,15 @@ DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth pict
 class ProbePoints:
     """Material points X (n, 3) in m, with triangles (k, 3) over them or the volume (n,) that each stands for.
 
-    `notes` are warnings about them.
+    `border` (b, 3), m, are the corners of the cells of a volume, on its surface and where it is cut. `notes` are
+    warnings about them.
     """
 
     X: Floats
     triangles: Ints | None = None
     weights: Floats | None = None
     notes: tuple[Diagnostic, ...] = ()
+    border: Floats | None = None
 
 
 def place_of(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
@@ -129,6 +133,61 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
     return ProbePoints(points, part, notes=_missed(probe, share))
 
 
+def _surface_within(probe: Declared, case: Case) -> Floats | None:
+    """Points (n, 3), m, of the part of the body's surface that the condition of a volume probe selects."""
+    shape = located(case.shape, case.shaped)
+    X, triangles = shape.surface(_size(shape))
+    if probe.thing.where is None:
+        return X
+    from softmark.interpreter.problem.parts.faces import clipped
+
+    where = probe.thing.where
+    return clipped(where, X, triangles, _on_surface(case, shape, where) if where.groups else None)[0]
+
+
+def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
+    """The domain of a probe whose points have been found."""
+    thing = probe.thing
+    if thing.ends is not None:
+        first, last = (np.array(end, dtype=np.float64) for end in thing.ends)
+        return ProbeDomain(ends=(first, last))
+    if not isinstance(thing, Surface | Volume):
+        return ProbeDomain()
+    known = thing.where is None or not thing.where.groups  # nodes of a mesh do not tell of what group they are
+    extent = float(np.linalg.norm(np.ptp(place.X, axis=0)))
+    if isinstance(thing, Volume):
+        border = [own for own in (place.border, _surface_within(probe, case)) if own is not None]
+        return ProbeDomain(border=np.concatenate([np.zeros((0, 3)), *border]), nodes="all" if known else "none",
+                           where=thing.where, extent=_extent(case, place))  # fmt: skip
+    nodes: Literal["none", "surface"] = "surface" if known and thing.mesh is None and not case.planar else "none"
+    own = ProbeDomain(nodes=nodes, where=thing.where, extent=_extent(case, place))
+    if not case.parts or place.triangles is None or not len(place.triangles):
+        return own
+    pieces = _split(case, place, extent)
+    X = INNER @ pieces  # (p, 3, 3)
+    areas = 0.5 * np.linalg.norm(np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0]), axis=1)
+    return ProbeDomain(points=X.reshape(-1, 3), weights=np.repeat(areas / 3.0, 3), nodes=nodes, where=thing.where,
+                       border=np.unique(pieces.reshape(-1, 3), axis=0), extent=own.extent)  # fmt: skip
+
+
+def _extent(case: Case, place: ProbePoints) -> float:
+    """The diagonal of the body, m."""
+    shape = located(case.shape, case.shaped)
+    return float(shape.diagonal) if shape.bounds is not None else float(np.linalg.norm(np.ptp(place.X, axis=0)))
+
+
+def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
+    """Triangles (t, 3, 3), m, of a surface, cut along the borders of the materials of its body."""
+    from softmark.interpreter.problem.parts.faces import cut_along
+    from softmark.solvers.mesh.clip import Pieces
+
+    pieces = Pieces(place.X[place.triangles], np.arange(len(place.triangles)))  # type: ignore[arg-type, index]
+    for part in case.parts:
+        pieces = cut_along(part.thing.where, pieces, extent)
+    found: Floats = pieces.corners[pieces.sizes > 0.0]
+    return found
+
+
 def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
     """Which triangles of the surface of a file are of a named group. Raises Fault."""
     from softmark.interpreter.problem import members
@@ -194,7 +253,8 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
     if each:
         corners, volumes = _selected(probe, case, mesh, each)
     X = Tet4.shape(xi) @ corners  # (m, 4, 3)
-    return ProbePoints(X.reshape(-1, 3), weights=np.outer(volumes, weights / weights.sum()).ravel())
+    shares = np.outer(volumes, weights / weights.sum()).ravel()
+    return ProbePoints(X.reshape(-1, 3), weights=shares, border=np.unique(corners.reshape(-1, 3), axis=0))
 
 
 def _each(probe: Declared, case: Case) -> tuple[Condition, ...]:

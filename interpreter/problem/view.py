@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.problem.case import Case
+from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.reactions import AtRest
 from softmark.interpreter.results.report import ProbeResult, Timing
@@ -32,6 +33,7 @@ class View:
     displacement: Callable[[Floats], Floats] | None = None
     probes: Mapping[str, ProbeResult] = field(default_factory=dict)
     weights: Mapping[str, Floats] = field(default_factory=dict)
+    domains: Mapping[str, ProbeDomain] = field(default_factory=dict)  # of probes of stress or strain
     surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
     curve: Any = None  # measured: x, y and the uncertainty of y
     value: Any = None  # given: a KnownValue

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.states import in_state, states_of
 from softmark.interpreter.problem.case import Case, case_for, case_of
-from softmark.interpreter.problem.points import ProbePoints, place_of
+from softmark.interpreter.problem.points import ProbePoints, domain_of, place_of
+from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.results.states import percent
 from softmark.interpreter.run.kept import NOTHING, Known, Told
 
@@ -43,6 +44,7 @@ class Work:
     views: dict[str, View] = field(default_factory=dict)
     measured: dict[str, Any] = field(default_factory=dict)  # what references of measured data hold
     places: dict[str, ProbePoints] = field(default_factory=dict)  # of probes
+    domains: dict[str, ProbeDomain] = field(default_factory=dict)  # of probes of stress or strain
     surfaces: dict[str, ProbePoints] = field(default_factory=dict)  # of bodies, for pictures, in all states
     drawn: dict[str, np.ndarray] = field(default_factory=dict)  # displacements there, by reference
     compiling: bool = False  # kernels, which is said once
@@ -65,6 +67,14 @@ class Work:
             case = case_of(self.scene, probe.thing.body)
             self.places[probe.name] = place_of(probe, case, lambda name: self.measured[name].X)
         return self.places[probe.name]
+
+    def domain(self, probe: Declared) -> ProbeDomain:
+        """The domain of a probe whose points have been found, made once. Raises Fault."""
+        if self.before is not None and probe.thing.tracked is None:
+            return self.before.domain(probe)
+        if probe.name not in self.domains:
+            self.domains[probe.name] = domain_of(probe, case_of(self.scene, probe.thing.body), self.place(probe))
+        return self.domains[probe.name]
 
     def probes(self, body: str) -> list[Declared]:
         """The probes of a body, without those of tracked points that could not be read."""

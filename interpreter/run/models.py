@@ -105,6 +105,7 @@ def solve(work: Work, name: str) -> None:
         solution.displacement,
         seen,
         probes.weights(work, case.body.name),
+        probes.domains(work, case.body.name),
         clock=clock,
         history=solution.history,
         solve=solution.facts,

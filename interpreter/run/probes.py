@@ -9,8 +9,10 @@ import numpy as np
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.scene import SceneError
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.case import Fault, fault
+from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.results.history import History
 from softmark.interpreter.results.report import ProbeResult
 from softmark.interpreter.run.answers import Work
@@ -64,3 +66,11 @@ def weights(work: Work, body: str) -> dict[str, np.ndarray]:
     """Of the points of probes that have some."""
     places = {p.name: work.place(p) for p in work.probes(body)}
     return {name: place.weights for name, place in places.items() if place.weights is not None}
+
+
+def domains(work: Work, body: str) -> dict[str, ProbeDomain]:
+    """The domains of the probes of a body at which metrics of stress or strain look."""
+    asked = {
+        metric.thing.probe for metric in work.scene.of_kind("metric").values() if isinstance(metric.thing, OfTensors)
+    }
+    return {probe.name: work.domain(probe) for probe in work.probes(body) if probe.name in asked}

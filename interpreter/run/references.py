@@ -167,7 +167,8 @@ def _keep_reference(
     weights = probes.weights(work, case.body.name)
     more = more or Known()
     work.views[declared.name] = View(
-        declared.name, case.body.name, case, None, displacement, seen, weights, uncertainty=error,
+        declared.name, case.body.name, case, None, displacement, seen, weights, probes.domains(work, case.body.name),
+        uncertainty=error,
         at_rest=more.rest, stress=more.stress, doubt=more.doubt,
     )  # fmt: skip
     work.references[declared.name] = ReferenceResult(

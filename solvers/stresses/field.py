@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Literal
@@ -11,13 +12,16 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.mesh.interpolation import Rule
 from softmark.solvers.mesh.mesh import Floats
-from softmark.solvers.stresses.measures import Tensors, von_mises
+from softmark.solvers.stresses.measures import Sides, Tensors, von_mises
 from softmark.solvers.stresses.patches import Recovered
 from softmark.solvers.stresses.sampled import SYMMETRIC, NoStress, State
 
+Number = Callable[[Tensors], Floats]  # of each tensor (n,)
+Chosen = Callable[[Floats], Any]  # which of points (n, 3), m (n,)
 Part = Literal["stress", "stress deviator", "strain"]
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # by SYMMETRIC: how often a component stands in a tensor
 ROUNDED = 1e-6  # of the usual stress: deviators below are those of an even pressure, to what solvers leave
+PEAKS = 2000  # cells whose nodes are looked at for an extreme
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -62,6 +66,48 @@ class Stresses:
     def at(self, X: Floats) -> Tensors:
         """At points X (n, 3) of the undeformed body."""
         return self._tensors(self.values(X))
+
+    def sides(self, X: Floats) -> Sides:
+        """Tensors at points X (n, 3), m, of each material that meets there: here of one."""
+        return Sides(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
+
+    def crossings(self, begin: Floats, end: Floats) -> Floats:
+        """Sorted shares (k,) of the way from `begin` to `end` (3,), m, at which a straight line changes material."""
+        return np.zeros(0)
+
+    @property
+    def spacing(self) -> float:
+        """The cube root of the usual volume of a cell, in a plane the square root of its area, m."""
+        mesh = self.state.mesh
+        size = float(np.median(np.abs(mesh.volumes)))
+        if not self.state.plane:
+            return float(size ** (1.0 / 3.0))
+        return float((size / np.ptp(mesh.points[:, 2])) ** 0.5)
+
+    def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
+        """The nodes (n, 3), m, that are `chosen`, of the PEAKS cells in which a number of the tensors is largest.
+
+        Cells are compared by the largest magnitude at their integration points; with `surface` only nodes on the
+        boundary are returned.
+        """
+        mesh = self.state.mesh
+        held = chosen(mesh.points)
+        cells = np.flatnonzero(held[mesh.cells].any(axis=1))
+        if len(cells) > PEAKS:
+            _, six, H = self.state.sampled(mesh.element.quadrature())
+            tensors = Tensors(six[cells].reshape(-1, 6), H[cells].reshape(-1, 9), self.state.strain == "small")
+            size = np.abs(number(tensors)).reshape(len(cells), -1).max(axis=1)
+            cells = cells[np.argpartition(-size, PEAKS)[:PEAKS]]
+        nodes = np.unique(mesh.cells[cells])
+        found: Floats = mesh.points[nodes[held[nodes]]]
+        return found if not surface else self._on_boundary(found)
+
+    def _on_boundary(self, X: Floats) -> Floats:
+        """Those of some nodes X (n, 3), m, that lie on the boundary."""
+        mesh = self.state.mesh
+        outer = {tuple(point) for point in mesh.points[np.unique(mesh.facets)].tolist()}
+        on: Floats = X[[tuple(point) in outer for point in X.tolist()]].reshape(-1, 3)
+        return on
 
     def at_nodes(self) -> Tensors:
         """At every node of the mesh."""

@@ -17,7 +17,8 @@ from softmark.records import dataclass
 from softmark.solvers.mesh.groups import same_rows
 from softmark.solvers.mesh.interpolation import Located, locate, located
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.stresses.field import Part, Stresses, norm_of
+from softmark.solvers.stresses.field import Chosen, Number, Part, Stresses, norm_of
+from softmark.solvers.stresses.measures import Sides
 from softmark.solvers.stresses.sampled import State
 
 if TYPE_CHECKING:
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 
     Bools = NDArray[np.bool_]
 
+ASIDE = 1e-4  # of a piece of a line: how far from its ends its material is looked at
+HALVED = 40  # times: a crossing is then known to 1e-12 of the line
+EDGE = 1e-9  # of a triangle or of a line: a crossing so near beyond its edge counts
 AT = 1e-9  # a shape function below it is zero: the point lies on a face of its cell, on which the function is
 
 
@@ -52,7 +56,7 @@ class Layers(Stresses):
     def values(self, X: Floats) -> Floats:
         """As `Stresses` has them: where materials meet, of the side with the larger stress."""
         found, size = np.zeros((len(X), 0)), np.full(len(X), -1.0)
-        for own, here in self._owners(X):
+        for _, own, here in self._owners(X):
             values = own.values(X[here])
             found = found if found.size else np.full((len(X), values.shape[1]), np.nan)
             own_size = _size(values)
@@ -60,6 +64,60 @@ class Layers(Stresses):
             found[here[larger]] = values[larger]
             size[here] = np.maximum(size[here], own_size)
         return found
+
+    def sides(self, X: Floats) -> Sides:
+        """Tensors at points X (n, 3), m, of each material that meets there: on an interface of several."""
+        rows, numbers, values = [], [], []
+        for number, own, here in self._owners(X):
+            rows.append(here)
+            numbers.append(np.full(len(here), number))
+            values.append(own.values(X[here]))
+        row, material = np.concatenate(rows), np.concatenate(numbers)
+        order = np.lexsort((material, row))
+        return Sides(row[order], material[order], self._tensors(np.concatenate(values)[order]))
+
+    def crossings(self, begin: Floats, end: Floats) -> Floats:
+        """Sorted shares (k,) of the way from `begin` (3,) to `end` (3,), m, at which a straight line changes material.
+
+        They are those at which it passes a facet between cells of different materials. On curved facets, whose
+        triangles are flat, they are found again by bisection.
+        """
+        t = crossed(self._interfaces, begin, end)
+        t = np.unique(np.concatenate([[0.0], t, [1.0]]))
+        t = t[np.concatenate([[True], np.diff(t) > 1e-12])]
+        return self._bisected(t, begin, end)[1:-1]
+
+    @cached_property
+    def _interfaces(self) -> Floats:
+        """Triangles (t, 3, 3), m, of the facets between materials, and of the boundary, which no line in it crosses."""
+        return np.concatenate([own.state.mesh.points[own.state.mesh.faces] for own in self.each])
+
+    def _bisected(self, t: Floats, begin: Floats, end: Floats) -> Floats:
+        """The same shares (k,) with those that are missing between two pieces of different materials."""
+        width = np.diff(t)
+        low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
+        first, last = (self._material(begin + s[:, None] * (end - begin)) for s in (low, high))
+        left = np.flatnonzero(first != last)
+        if not len(left):
+            return t
+        low, high, first = low[left], high[left], first[left]
+        for _ in range(HALVED):
+            middle = 0.5 * (low + high)
+            same = self._material(begin + middle[:, None] * (end - begin)) == first
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        return np.unique(np.concatenate([t, 0.5 * (low + high)]))
+
+    def _material(self, X: Floats) -> Ints:
+        """The number of the first material at each point X (n, 3) (n,)."""
+        found = np.full(len(X), len(self.each), dtype=np.int64)
+        for number, _, here in self._owners(X):
+            found[here] = np.minimum(found[here], number)
+        return found
+
+    def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
+        """The same nodes as `Stresses` has them, of the cells of each material (n, 3), m."""
+        found = np.concatenate([own.peaks(number, chosen) for own in self.each])
+        return found if not surface else self._on_boundary(found)
 
     def values_at_nodes(self) -> Floats:
         """Of nodes that several materials share, of the side with the larger stress."""
@@ -78,14 +136,14 @@ class Layers(Stresses):
 
     def _most(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
         found = np.zeros(len(X))
-        for own, here in self._owners(X):
+        for _, own, here in self._owners(X):
             found[here] = np.maximum(found[here], of(own, X[here]))
         return found
 
     def shared(self, X: Floats) -> int:
         """How many of the points X (n, 3) lie where materials meet."""
         count = np.zeros(len(X), dtype=np.int64)
-        for _, here in self._owners(X):
+        for _, _, here in self._owners(X):
             count[here] += 1
         return int((count > 1).sum())
 
@@ -106,14 +164,17 @@ class Layers(Stresses):
         moved = tuple(own.moved(step) for own in self.each)
         return Layers(replace(self.state, u=self.state.u + step), moved)
 
-    def _owners(self, X: Floats) -> Iterator[tuple[Stresses, Ints]]:
-        """Materials, and which of the points X (n, 3) are in their cells, or nearest to them; found once for each X."""
+    def _owners(self, X: Floats) -> Iterator[tuple[int, Stresses, Ints]]:
+        """Each material's number, its stresses, and which of the points X (n, 3) are in its cells or nearest to them.
+
+        Found once for each X.
+        """
         key = X.tobytes()
         if key not in self._known:
             self._known[key] = self._found(X)
-        for own, here in zip(self.each, self._known[key], strict=True):
+        for number, (own, here) in enumerate(zip(self.each, self._known[key], strict=True)):
             if here.any():
-                yield own, np.flatnonzero(here)
+                yield number, own, np.flatnonzero(here)
 
     @cached_property
     def _known(self) -> dict[bytes, Bools]:
@@ -152,3 +213,24 @@ def _size(values: Floats) -> Floats:
     """The norm of stress (n,), Pa; of nodes that a material does not have, below any."""
     norm = norm_of(values[:, :6])
     return np.where(np.isnan(norm), -1.0, norm)
+
+
+def crossed(triangles: Floats, begin: Floats, end: Floats) -> Floats:
+    """Shares (k,) of the way from `begin` (3,) to `end` (3,) at which a line crosses triangles (t, 3, 3); unsorted.
+
+    Triangles that the line lies in are not crossed. Source: Moeller and Trumbore (1997), J. Graphics Tools 2:21.
+    """
+    way = end - begin
+    a, b, c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    normal = np.cross(b, c)
+    slope = normal @ way
+    steep = np.abs(slope) > AT * np.linalg.norm(normal, axis=1) * np.linalg.norm(way)
+    a, b, c, normal, slope = a[steep], b[steep], c[steep], normal[steep], slope[steep]
+    t = np.einsum("ti,ti->t", normal, a - begin) / slope
+    from_a = begin + t[:, None] * way - a
+    area = (normal**2).sum(axis=1)
+    v = np.einsum("ti,ti->t", np.cross(from_a, c), normal) / area
+    w = np.einsum("ti,ti->t", np.cross(b, from_a), normal) / area
+    inside = (v > -EDGE) & (w > -EDGE) & (v + w < 1.0 + EDGE) & (t > EDGE) & (t < 1.0 - EDGE)
+    found: Floats = t[inside]
+    return found

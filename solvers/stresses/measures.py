@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.stresses.sampled import SYMMETRIC
 
 AXES = dict(zip(("xx", "yy", "zz", "xy", "yz", "zx"), SYMMETRIC, strict=True))
@@ -72,6 +72,37 @@ class Tensors:
             grown: Floats = 1.0 + H[:, axis, axis] if self.small else np.linalg.norm(self.F[:, :, axis], axis=1)
             return grown
         return 1.0 + principal(self.strain("biot"), component)
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Tensors at points, one for each material that meets there: a row for every pair of a point and a material.
+
+    `rows` (k,) are numbers of points in rising order, `materials` (k,) numbers of materials, `tensors` those of the k
+    pairs. A point inside one material has one row, a point on an interface one for each side.
+    """
+
+    rows: Ints
+    materials: Ints
+    tensors: Tensors
+
+    def per_row(self, amounts: Floats) -> Floats:
+        """Amounts of the points (n,), divided evenly among the sides of each point (k,)."""
+        divided: Floats = amounts[self.rows] / np.bincount(self.rows, minlength=len(amounts))[self.rows]
+        return divided
+
+    def averaged(self, count: int) -> Tensors:
+        """The mean of both sides at each of `count` points."""
+        share = self.per_row(np.ones(count))[:, None]
+        six, H = np.zeros((count, 6)), np.zeros((count, 9))
+        np.add.at(six, self.rows, share * self.tensors.six)
+        np.add.at(H, self.rows, share * self.tensors.H)
+        return Tensors(six, H, self.tensors.small)
+
+    @property
+    def two_valued(self) -> Any:
+        """Which rows belong to points that have several sides (k,)."""
+        return np.bincount(self.rows)[self.rows] > 1
 
 
 def full(six: Floats) -> Floats:

@@ -16,15 +16,15 @@ from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.cli.main import main
+from softmark.interpreter.metrics.probe_samples import ProbeSamples, shares_of
 from softmark.interpreter.metrics.stress import Stress
-from softmark.interpreter.metrics.tensors import shares_of
 from softmark.interpreter.models.shared import regions
 from softmark.interpreter.models.shared.regions import Owners
 from softmark.interpreter.problem.case import case_of
 from softmark.interpreter.problem.points import place_of
 from softmark.interpreter.run.options import Options
 from softmark.interpreter.run.pipeline import run
-from softmark.solvers.stresses.measures import Tensors
+from softmark.solvers.stresses.measures import Sides, Tensors
 
 LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"
 
@@ -355,13 +355,14 @@ def test_errors_of_means_count_points_by_their_volumes() -> None:
         six = np.zeros((4, 6))
         six[:, 0] = [2.0, 2.0, 2.0 + shear, 2.0 + shear]
         found = Tensors(six, np.zeros((4, 9)), True)
-        return SimpleNamespace(at=lambda points: found, usual=(1.0, 1.0, 1.0))
+        sides = Sides(np.arange(4), np.zeros(4, dtype=np.int64), found)
+        return SimpleNamespace(sides=lambda points: sides, usual=(1.0, 1.0, 1.0))
 
     metric = Stress("whole", component="xx", over="mean")
-    shares = shares_of(X, weights, None)
+    samples = ProbeSamples(X, shares_of(X, weights, None))
     one, other = field(3.0), field(0.0)
-    assert metric.apart(one, other, X, one, shares) == pytest.approx(1.5**0.5 * 0.03, rel=1e-12)
-    assert metric.extent(one, one, X, shares) == pytest.approx(2.03, rel=1e-12)
+    assert metric.apart(one, other, samples, one) == pytest.approx(1.5**0.5 * 0.03, rel=1e-12)
+    assert metric.extent(one, one, samples) == pytest.approx(2.03, rel=1e-12)
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -3, 0]])
     triangles = np.array([[0, 1, 2], [0, 3, 1]])  # of areas 1/2 and 3/2
     np.testing.assert_allclose(shares_of(corners, None, triangles), [1 / 3, 1 / 3, 1 / 12, 1 / 4], rtol=1e-14)

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 import softmark
+from softmark.interpreter.metrics.probe_samples import ProbeSamples
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.plan.stability import judges
 from softmark.interpreter.run.options import Options
 from softmark.interpreter.run.pipeline import run as pipeline
+from softmark.solvers.stresses.measures import Sides, Tensors
 
 # incompressible neo-Hooke drawn to twice its length: sigma = mu (k^2 - 1 / k) = 70 kPa per deformed area, 35 kPa per
 # area at rest, E = diag(3/2, -1/4, -1/4); where strains are small 60 kPa, both measures, and diag(1, -1/2, -1/2)
@@ -83,12 +85,19 @@ def test_an_error_counts_in_the_units_of_what_is_right(over: Any, far: float) ->
     def field(*pulls: float) -> Any:
         cauchy = np.zeros((len(pulls), 3, 3))
         cauchy[:, 0, 0] = pulls
-        return SimpleNamespace(at=lambda _: SimpleNamespace(cauchy=cauchy), usual=(10.0, 0.0))
+        rows = np.arange(len(pulls))
+        sides = Sides(
+            rows, np.zeros(len(pulls), dtype=np.int64), Tensors(cauchy[:, 0, :1] @ np.eye(1, 6), cauchy, True)
+        )
+        return SimpleNamespace(sides=lambda _: sides, usual=(10.0, 0.0))
 
     own, other, right = field(10.0, 10.0), field(13.0, 10.0), field(1.0, 1.0)
-    metric, X = Stress("p", component="xx", over=over, against="m"), np.zeros((2, 3))
-    assert metric.apart(own, other, X, right) == pytest.approx(1.5**0.5 * far)
-    assert metric.extent(own, right, X) == 10.0
+    metric, samples = (
+        Stress("p", component="xx", over=over, against="m"),
+        ProbeSamples(np.zeros((2, 3)), np.full(2, 0.5)),
+    )
+    assert metric.apart(own, other, samples, right) == pytest.approx(1.5**0.5 * far)
+    assert metric.extent(own, right, samples) == 10.0
 
 
 BAR = """softmark 1

@@ -61,6 +61,13 @@ def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces
     return taken, float(pieces.sizes[_selected(condition, pieces.corners, extent, [])].sum())
 
 
+def cut_along(condition: Condition, pieces: Pieces, extent: float) -> Pieces:
+    """Pieces cut along every border of a condition, along curved ones by chords: each lies on one side of all."""
+    for b in range(len(condition.borders)):
+        pieces = _cut(condition, b, pieces, extent)
+    return pieces
+
+
 def _cut(condition: Condition, b: int, pieces: Pieces, extent: float) -> Pieces:
     """The pieces with those that a border crosses, as their corners tell, cut along it."""
     border = condition.borders[b]

@@ -1,0 +1,129 @@
+"""Points at which a metric of stress or strain looks at a probe: integration points of a mean, or those of an extreme.
+
+The mean over a line is the integral over the line divided by its length, by Gauss points on pieces that end where the
+material changes and are no longer than half a cell. The mean over a surface is that over its triangles, which are cut
+where the material changes. At a point that lies on an interface a mean counts the mean of both sides, and the largest
+value is taken from both.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from softmark.interpreter.problem.probe_domains import ProbeDomain
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.measurement import Floats, Ints
+    from softmark.solvers.stresses.field import Number, Stresses
+    from softmark.solvers.stresses.measures import Sides, Tensors
+else:
+    from softmark.solvers.base.deferred import np
+
+GAUSS = 3  # points on a piece of a line: exact for polynomials of degree five
+PIECES = 2000  # of a line at most, besides those between crossings
+SHORT = 0.5  # of the size of a cell: the length of a piece
+EVEN = 1e-9  # relative: steps between points that are one line
+Over = Literal["largest", "mean"]
+
+
+@dataclass(frozen=True)
+class ProbeSamples:
+    """Points X (n, 3), m, and the share (n,) that each has in a mean; the shares add up to 1."""
+
+    X: Floats
+    shares: Floats
+
+
+@dataclass(frozen=True)
+class ProbePlace:
+    """A probe as metrics of tensors see it: its points X (n, 3), m, its triangles or weights, and its domain."""
+
+    X: Floats
+    triangles: Ints | None = None
+    weights: Floats | None = None
+    domain: ProbeDomain | None = None
+
+    def sampled(self, over: Over, field: Stresses, number: Number | None = None) -> ProbeSamples:
+        """The points at which a field is looked at; those of an extreme of a `number` have nodes of the mesh too."""
+        domain = self.domain or ProbeDomain()
+        if over == "largest":
+            X = self._extremes(domain, field, number)
+            return ProbeSamples(X, np.full(len(X), 1.0 / len(X)))
+        if domain.ends is not None:
+            return _along(domain.ends, len(self.X), field)
+        if domain.points is not None and domain.weights is not None:
+            return ProbeSamples(domain.points, domain.weights / domain.weights.sum())
+        return ProbeSamples(self.X, shares_of(self.X, self.weights, self.triangles))
+
+    def _extremes(self, domain: ProbeDomain, field: Stresses, number: Number | None) -> Floats:
+        """The points (n, 3), m, at which the largest value is looked for."""
+        found = [self.X]
+        if domain.border is not None:
+            found.append(domain.border)
+        if domain.ends is not None:
+            begin, end = domain.ends
+            found.append(begin + field.crossings(begin, end)[:, None] * (end - begin))
+        if number is not None and domain.nodes != "none":
+            found.append(field.peaks(number, domain.holds, domain.nodes == "surface"))
+        return found[0] if sum(map(len, found[1:])) == 0 else np.concatenate(found)
+
+
+def _along(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSamples:
+    """Gauss points on the pieces of a line, which has so many points of its own."""
+    begin, end = ends
+    length = float(np.linalg.norm(end - begin))
+    if length == 0.0:
+        return ProbeSamples(begin[None], np.ones(1))
+    wanted = max(points - 1, 1) if np.isinf(field.spacing) else int(np.ceil(length / (SHORT * field.spacing)))
+    even = np.linspace(0.0, 1.0, 1 + min(max(wanted, points - 1, 1), PIECES))
+    t = np.unique(np.concatenate([even, field.crossings(begin, end)]))
+    xi, w = np.polynomial.legendre.leggauss(GAUSS)
+    size = np.diff(t)
+    at = (t[:-1, None] + size[:, None] * (0.5 + 0.5 * xi)).ravel()
+    return ProbeSamples(begin + at[:, None] * (end - begin), (size[:, None] * (0.5 * w)).ravel())
+
+
+def paired(one: Stresses, other: Stresses, X: Floats) -> tuple[Sides, Tensors]:
+    """Tensors of one field by sides at points X (n, 3), m, and of the other for each of these.
+
+    Where the two do not know the same materials at the same points, both are the means of their sides.
+    """
+    own, theirs = one.sides(X), other.sides(X)
+    if np.array_equal(own.rows, theirs.rows) and np.array_equal(own.materials, theirs.materials):
+        return own, theirs.tensors
+    from softmark.solvers.stresses.measures import Sides
+
+    count = len(X)
+    rows = np.arange(count)
+    return Sides(rows, np.zeros(count, dtype=np.int64), own.averaged(count)), theirs.averaged(count)
+
+
+def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
+    """What each of points X (n, 3) counts in a mean (n,), of sum 1.
+
+    The volume or the area that it stands for, by `weights` (n,) or `triangles` (k, 3); else each alike, but the ends of
+    evenly spaced points on a straight line half (trapezoidal rule).
+    """
+    if weights is not None:
+        told: Floats = weights / weights.sum()
+        return told
+    if triangles is None or not len(triangles):
+        return _evenly(X)
+    corners = X[triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    found: Floats = np.bincount(triangles.ravel(), np.repeat(areas, 3), minlength=len(X)) / (3.0 * areas.sum())
+    return found
+
+
+def _evenly(X: Floats) -> Floats:
+    """The share of each of points (n, 3) that stand for no area (n,)."""
+    count = len(X)
+    w: Floats = np.ones(count)
+    steps = np.diff(X, axis=0)
+    if count > 2 and np.ptp(steps, axis=0).max() <= EVEN * np.abs(steps).max():
+        w[[0, -1]] = 0.5
+    w /= w.sum()
+    return w
