@@ -56,12 +56,22 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
 
 def settled(answer: Answer, seen: ProbeAnswer, discretisation: Callable[[Answer, ProbeAnswer], float]) -> float:
     """The error of the mesh in a metric of stress or strain. Raises Unknown where there is no limit, or seems to be."""
-    if place := limitless(seen.metric, answer.case, answer.prepared.mesh, seen.X):
+    metric = seen.metric
+    assert isinstance(metric, OfTensors)
+    if place := limitless(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
         raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
     found = discretisation(answer, seen)
     if found > UNSETTLED * seen.size:
         raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
-    return found
+    return max(found, _of_tractions(metric, answer, seen))
+
+
+def _of_tractions(metric: OfTensors, answer: Answer, seen: ProbeAnswer) -> float:
+    """The error of the metric where the stress contradicts what acts on the surface, which finer cells may miss."""
+    from softmark.interpreter.evidence.surface_stress import mismatch
+
+    own = None if seen.stress is None else mismatch(metric, answer.case, seen.place, seen.stress(), seen.at_rest)
+    return 0.0 if own is None else own.error
 
 
 def _edge(mesh: Mesh) -> float:
@@ -73,7 +83,7 @@ def _edge(mesh: Mesh) -> float:
 
 def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
-    held, facets = _held(case, mesh), mesh.facets
+    held, facets = held_directions(case, mesh), mesh.facets
     if case.planar:  # the border of its region: its faces are no surface
         facets = facets[bordering(mesh.points, facets)]
     of_facets = np.all(held[facets], axis=1)  # (f, 3)
@@ -182,7 +192,7 @@ def _edge_of(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str
     return f"the edge of what {names} holds"
 
 
-def _held(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
+def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
     """Which nodes are held in which direction (nodes, 3)."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
@@ -205,7 +215,7 @@ def _punched(
     rim = _rim(facets, slide, free)
     if not len(rim):
         return rim
-    normals = _normals(mesh, facets)
+    normals = facet_normals(mesh, facets)
     slide &= (normals**2 * of_facets[:, None]).sum(axis=2).mean(axis=1) > ALONG
 
     def flat(node: int) -> bool:
@@ -216,7 +226,7 @@ def _punched(
     return rim[[flat(int(node)) for node in rim]]
 
 
-def _normals(mesh: Mesh, facets: NDArray[np.int64]) -> Floats:
+def facet_normals(mesh: Mesh, facets: NDArray[np.int64]) -> Floats:
     """Of facets at their nodes (f, nodes, 3): the chord of a curved face leans away from the right angle it ends in."""
     facet = mesh.element.facet
     corners = np.array(facet.rim)

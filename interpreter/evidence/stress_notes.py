@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.evidence.surface_stress import TractionMismatch, mismatch
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
 from softmark.interpreter.metrics.measure import measured_by, seen_of
 from softmark.interpreter.metrics.metric import OfDisplacements
-from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.probe_samples import ProbePlace
+from softmark.interpreter.metrics.tensors import OfTensors, field_of
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.prepared import Prepared
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from softmark.solvers.mesh.mesh import Mesh
+
+    Floats = NDArray[np.float64]
 
 MIXED = 0.05  # of a cell: that much of another material is no matter of how sides are bent
 APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
@@ -123,8 +129,57 @@ def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnost
         )
 
 
+def place_of_metric(metric: OfTensors, view: View) -> ProbePlace:
+    """The probe of a metric, as a model sees it."""
+    probe, name = view.probes[metric.probe], metric.probe
+    return ProbePlace(probe.points, probe.triangles, view.weights.get(name), view.domains.get(name))
+
+
+def _of_sides(metric: OfTensors, details: Mapping[str, Any]) -> str:
+    """What a number is made of at points that have two values."""
+    if metric.over == "mean":
+        return "there the mean counts half of each side; move the probe to one side of the interface"
+    values = next((value for name, value in details.items() if name.startswith("sides_")), None)
+    if values is None:
+        return "there the largest value is taken from both sides; this one lies elsewhere"
+    dimension = units.PRESSURE if metric.natural == "Pa" else units.NONE
+    shown = " and ".join(units.show(value, dimension) for value in values)
+    return f"its sides have {shown}, and the number is the largest of them; look at points to one side of the interface"
+
+
+def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Diagnostic]:
+    """A warning where the stress at the surface contradicts the traction that acts there."""
+    found = mismatch_of(metric.thing, view)
+    if found is None or view.stress is None:
+        return
+    if not found.error > APART * max(abs(value), found.error, metric.thing.usual(view.stress())):
+        return
+    names = " and ".join(f"`{name}`" for name in found.loads)
+    acts = f"{names} apply" if len(found.loads) > 1 else f"{names} applies" if names else "the free surface has"
+    way = "normal" if found.along else "shear"
+    at, own, applied = units.show_all(found.at.tolist(), units.LENGTH), *(
+        units.show(t, units.PRESSURE) for t in (found.found, found.applied)
+    )  # fmt: skip
+    yield diagnostic(
+        "W405",
+        metric.at("probe"),
+        f"`{metric.name}` looks at {at}, where the {way} traction of the stress in `{view.name}` is {own}, and {acts}"
+        f" {applied}",
+        "not in equilibrium with what acts there",
+        "the cells do not follow what acts on the surface: use cells of a third of what is loaded, or less",
+    )
+
+
+def mismatch_of(metric: OfTensors, view: View) -> TractionMismatch | None:
+    """How the stress of a model contradicts what acts on the surface where a metric looks."""
+    try:
+        return mismatch(metric, view.case, place_of_metric(metric, view), field_of(view.stress), view.at_rest)
+    except Undefined:
+        return None
+
+
 def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
-    if view.message is not None or metric.thing.over == "mean" or metric.thing.probe not in view.probes:
+    if view.message is not None or metric.thing.probe not in view.probes:
         return
     from softmark.interpreter.evidence.stress_limits import limitless
 
@@ -132,7 +187,9 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
         if not (thing.even or isinstance(thing.stress_law, str)):
             yield from _beside_ends(metric, view, thing)
         return
-    place = limitless(metric.thing, view.case, prepared.mesh, view.probes[metric.thing.probe].points)
+    place = limitless(
+        metric.thing, view.case, prepared.mesh, place_of_metric(metric.thing, view).looked_at(metric.thing.over)
+    )
     if place and view.stress is not None:
         yield diagnostic(
             "W388",
@@ -144,8 +201,13 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
         return
     try:
         alone = replace(metric.thing, against=None)
-        details = measured_by(alone, seen_of(alone, view, {})).details
+        measured = measured_by(alone, seen_of(alone, view, {}))
     except Undefined:
+        return
+    details = measured.details
+    if metric.thing.measured_from is None:
+        yield from _against_traction(metric, view, measured.value)
+    if metric.thing.over == "mean" and not details["where_materials_meet"]:
         return
     crossed = tuple(_beside_parts(metric, view, prepared.mesh)) if view.case.parts and prepared.mesh is not None else ()
     yield from crossed
@@ -155,8 +217,10 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
             metric.at("probe"),
             f"{many} of {details['points']} points that `{metric.name}` looks at in `{view.name}` lie between parts",
             "stress jumps there",
-            "there the number is that of the side with the larger stress; look at points to one side of the border",
+            _of_sides(metric.thing, details),
         )
+    if metric.thing.over == "mean":
+        return
     apart = details["cells_apart_1"]
     if not apart > APART:
         return

@@ -58,6 +58,12 @@ class ProbePlace:
             return ProbeSamples(domain.points, domain.weights / domain.weights.sum())
         return ProbeSamples(self.X, shares_of(self.X, self.weights, self.triangles))
 
+    def looked_at(self, over: Over) -> Floats:
+        """The probe's points (n, 3), m, and for a largest value also those on the border of its domain."""
+        if over == "mean" or self.domain is None or self.domain.border is None:
+            return self.X
+        return np.concatenate([self.X, self.domain.border])
+
     def _extremes(self, domain: ProbeDomain, field: Stresses, number: Number | None) -> Floats:
         """The points (n, 3), m, at which the largest value is looked for."""
         found = [self.X]

@@ -87,6 +87,10 @@ class OfTensors(Metric):
         sides = field.sides(samples.X)
         return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
 
+    def norms(self, change: Tensors) -> Floats:
+        """The norms of small changes of a tensor (n,), in the metric's unit."""
+        return np.asarray(np.linalg.norm(self.tensors(change), axis=(1, 2)), dtype=np.float64)
+
     def _norm(self, tensors: Floats, shares: Floats) -> float:
         norms = np.linalg.norm(tensors, axis=(1, 2))
         return float(np.average(norms, weights=shares) if self.over == "mean" else norms.max())
@@ -108,7 +112,7 @@ class OfTensors(Metric):
         samples = self.samples(place, field)
         sides = field.sides(samples.X)
         values = self._finite(sides.tensors)
-        row, value = self._summed(values, sides.per_row(samples.shares))
+        row, value = self.reduced(values, sides.per_row(samples.shares))
         at = samples.X[sides.rows[row]][None]
         details = {
             f"largest_{self._suffix}": float(values.max()),
@@ -143,7 +147,7 @@ class OfTensors(Metric):
         except Undefined as undefined:
             raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
         far, size = np.abs(values - theirs), self.scale(right, samples)
-        row, value = self._summed(far, sides.per_row(samples.shares))
+        row, value = self.reduced(far, sides.per_row(samples.shares))
         details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
         details |= {"at_m": samples.X[sides.rows[row]].tolist(), "points": len(seen.X)}
         return Measurement(value / size, details, samples=far / size if len(far) > 1 else None)
@@ -158,7 +162,7 @@ class OfTensors(Metric):
             raise Undefined("the state is so deformed that it has no number in every point")
         return values
 
-    def _summed(self, values: Floats, shares: Floats) -> tuple[int, float]:
+    def reduced(self, values: Floats, shares: Floats) -> tuple[int, float]:
         """The row of the greatest magnitude, and the value there or the mean."""
         row = int(np.abs(values).argmax())
         return row, float(values[row] if self.over == "largest" else shares @ values)

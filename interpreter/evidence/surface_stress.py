@@ -1,0 +1,369 @@
+"""Comparison of the stress at the surface of a body with the traction that acts there.
+
+Equilibrium says what sigma n is on every face: the applied traction on a loaded face, zero on a free one. A mesh that
+is coarser than a loaded patch misses it, and a finer space over the same cells may miss it alike. Components in which a
+support holds the point, faces on foundations or in contact, moments on faces, and places where a load begins or ends are
+left out, since the traction is not known there or has two values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.evidence.stress_limits import facet_normals, held_directions
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.models.shared.surfaces import surface_of
+from softmark.interpreter.problem.case import Case
+from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.records import dataclass
+from softmark.solvers.mesh.border import bordering
+from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.stresses.field import Stresses
+from softmark.solvers.stresses.measures import Tensors
+from softmark.solvers.stresses.sampled import SYMMETRIC
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.metrics.probe_samples import ProbePlace
+    from softmark.solvers.mesh.mesh import Mesh
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+    Bools = NDArray[np.bool_]
+
+AT = 1e-9  # a shape function below it is zero
+SMOOTH = 0.7  # cosine: facets that meet at a smaller angle are one smooth face
+BESIDE = 1e-4  # of the way to a corner of a facet: where it is asked whether a load acts beside a point
+FACES = 3  # facets of different normals at one point: those of a corner
+ROUNDS = 20  # of corrections at edges and corners, where several faces count
+NEAREST = 12  # facets among which the one nearest to a point outside the mesh is looked for
+UNKNOWN = (Turning,)  # actions on a face whose traction is not given at a point
+INSIDE = (PerMass, AtPoint, PerLength)  # actions that are no traction
+
+
+@dataclass(frozen=True)
+class TractionMismatch:
+    """The stress of a model at the surface, where it contradicts the traction there most.
+
+    `error` is by how much a metric may be off for it, in the metric's unit; `at` (3,) the place, m; `found` and
+    `applied`, Pa, what the stress makes of the traction and what acts, along the normal or, where `along` is false,
+    across it. `loads` are the names of what acts there.
+    """
+
+    error: float
+    at: Floats
+    found: float
+    applied: float
+    along: bool
+    loads: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Faces at points (n,) of a surface, at most FACES each, with what is known of the traction on each.
+
+    `normals` (n, f, 3), zero where there is no such face; `tractions` (n, f, 3), Pa, per undeformed area, and
+    `pressures` (n, f), Pa, of what follows the surface; `free` (n, f, 3) the components that nothing holds.
+    """
+
+    normals: Floats
+    tractions: Floats
+    pressures: Floats
+    free: Bools
+    loads: Sequence[tuple[str, ...]]
+
+
+def mismatch(
+    metric: OfTensors, case: Case, place: ProbePlace, stress: Any, at_rest: Any = None
+) -> TractionMismatch | None:
+    """How a metric's stress contradicts what acts on the surface at its points; None where nothing is known there."""
+    if metric.measured_from is not None or isinstance(case.analysis, Dynamic) or case.pairs or case.beds:
+        return None
+    if not isinstance(stress, Stresses) or stress.state.mesh.facets is None:
+        return None
+    if any(not isinstance(load.thing.action, _KNOWN) for load in case.loads):
+        return None
+    mesh = stress.state.mesh
+    samples = metric.samples(place, stress)
+    points, facets, normals = _on_faces(case, mesh, samples.X)
+    if not len(points):
+        return None
+    sides = stress.sides(samples.X)
+    single = np.bincount(sides.rows, minlength=len(samples.X)) == 1
+    chosen = np.unique(points[single[points]])
+    if not len(chosen):
+        return None
+    boundary = _boundary(case, mesh, samples.X, chosen, (points, facets, normals), at_rest)
+    row = np.searchsorted(sides.rows, chosen)
+    tensors = sides.tensors
+    here = Tensors(tensors.six[row], tensors.H[row], tensors.small)
+    corrected, worst = _corrected(here, boundary)
+    six, H = tensors.six.copy(), tensors.H.copy()
+    six[row] = corrected
+    change = corrected - here.six
+    H[row] += _strained(case, sides.materials[row], change, stress)
+    try:
+        before, after = metric.values(tensors), metric.values(Tensors(six, H, tensors.small))
+    except (Undefined, np.linalg.LinAlgError):
+        return None
+    shares = sides.per_row(samples.shares)
+    own, value = metric.reduced(before, shares)
+    _, other = metric.reduced(after, shares)
+    if not (np.isfinite(value) and np.isfinite(other)):
+        return None
+    size = metric.norms(Tensors(change, H[row] - tensors.H[row], True))
+    where = np.searchsorted(row, own)
+    whole = float(shares[row] @ size) if metric.over == "mean" else (
+        float(size[where]) if where < len(row) and row[where] == own else 0.0
+    )  # fmt: skip
+    i = int(np.argmax(np.abs(after - before)[row]))
+    return TractionMismatch(max(abs(other - value), whole), samples.X[chosen[i]], *worst(i))
+
+
+_KNOWN = (PerArea, Tensile, Follower, *INSIDE, *UNKNOWN)
+
+
+def _strained(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
+    """What a change of stress (n, 6), Pa, does to the gradient (n, 9), by Hooke's law with the moduli at rest."""
+    found = np.zeros((len(change), 9))
+    for number in np.unique(materials).tolist():
+        material = case.typical[number] if number < len(case.typical) else case.typical[0]
+        here = materials == number
+        G, nu = material.shear_modulus, min(material.poisson, 0.5)
+        S = Tensors(change[here], found[here], True).cauchy
+        trace = np.trace(S, axis1=1, axis2=2)[:, None, None]
+        found[here] = ((S - nu / (1.0 + nu) * trace * np.eye(3)) / (2.0 * G)).reshape(-1, 9)
+    return found
+
+
+# ------------------------------------------------------------------ faces at points
+
+
+def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
+    """Pairs of a point X (n, 3), m, and a boundary facet that it lies on (p,), and outward normals there (p, 3)."""
+    from scipy import sparse
+
+    facets = mesh.facets
+    which = np.arange(len(facets))
+    if case.planar:
+        which = np.flatnonzero(bordering(mesh.points, facets, bool(case.depth)))
+    own = facets[which]
+    outer = np.zeros(len(mesh.points), dtype=np.bool_)
+    outer[own] = True
+    where = locate(mesh, X)
+    counts = np.abs(where.N) > AT
+    on = np.flatnonzero(((outer[where.nodes] | ~counts).all(axis=1)) & (where.outside == 0.0))
+    normals = _smooth_normals(mesh, own)
+    points, rows = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    if len(on):
+        n = len(mesh.points)
+        point, column = np.nonzero(counts[on])
+        of_points = sparse.csr_array((np.ones(len(point)), (point, where.nodes[on][point, column])), shape=(len(on), n))
+        touched = np.repeat(np.arange(len(own)), own.shape[1])
+        of_facets = sparse.csr_array((np.ones(own.size), (touched, own.ravel())), shape=(len(own), n))
+        of_facets.data[:] = 1.0
+        both = (of_points @ of_facets.T).tocoo()
+        full = both.data >= counts[on].sum(axis=1)[both.row] - 0.5
+        points, rows = on[both.row[full]], both.col[full].astype(np.int64)
+    known = _interpolated(own, normals, points, rows, where.nodes, where.N)
+    beyond = np.flatnonzero(where.outside > 0.0)
+    if len(beyond):
+        nearest, N = _nearest(mesh, own, X[beyond])
+        points, rows = np.concatenate([points, beyond]), np.concatenate([rows, nearest])
+        known = np.concatenate([known, np.einsum("pa,pai->pi", N, normals[nearest])])
+    length = np.linalg.norm(known, axis=1, keepdims=True)
+    order = np.argsort(points, kind="stable")
+    unit: Floats = known / np.where(length > 0.0, length, 1.0)
+    return points[order], which[rows[order]], unit[order]
+
+
+def _interpolated(own: Ints, normals: Floats, points: Ints, rows: Ints, nodes: Ints, N: Floats) -> Floats:
+    """Normals (p, 3) at points on facets from those at the nodes of the facets (f, a, 3)."""
+    same = own[rows][:, :, None] == nodes[points][:, None, :]  # (p, a, b)
+    share = np.where(same, N[points][:, None, :], 0.0).sum(axis=2)
+    found: Floats = np.einsum("pa,pai->pi", share, normals[rows])
+    return found
+
+
+def _smooth_normals(mesh: Mesh, own: Ints) -> Floats:
+    """Unit normals of facets at their nodes (f, a, 3): means over the facets around a node that are smooth there."""
+    own_normals = facet_normals(mesh, own)
+    flat, node = own_normals.reshape(-1, 3), own.ravel()
+    order = np.argsort(node, kind="stable")
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(node[order]) > 0]))
+    sizes = np.diff(np.concatenate([starts, [len(order)]]))
+    found = np.empty_like(flat)
+    for size in np.unique(sizes).tolist():  # nodes with as many facets around them at a time
+        rows = order[starts[sizes == size][:, None] + np.arange(size)]  # (g, size)
+        n = flat[rows]
+        near = np.einsum("gai,gbi->gab", n, n) > SMOOTH
+        mean = np.einsum("gab,gbi->gai", near.astype(np.float64), n)
+        found[rows] = mean / np.linalg.norm(mean, axis=2, keepdims=True)
+    return found.reshape(own_normals.shape)
+
+
+def _nearest(mesh: Mesh, own: Ints, X: Floats) -> tuple[Ints, Floats]:
+    """The facet nearest to each point X (n, 3), m, beyond a mesh (n,), and shares (n, a) of its nodes there."""
+    from scipy.spatial import cKDTree
+
+    corners = mesh.element.facet.corners
+    middles = mesh.points[own[:, :corners]].mean(axis=1)
+    _, near = cKDTree(middles).query(X, k=min(NEAREST, len(own)))
+    near = near.reshape(len(X), -1)
+    normals = facet_normals(mesh, own)[:, :corners].mean(axis=1)
+    height = np.abs(np.einsum("nki,nki->nk", X[:, None] - middles[near], normals[near]))
+    across = np.linalg.norm(X[:, None] - middles[near], axis=2)
+    chosen = near[np.arange(len(X)), (across + height).argmin(axis=1)]
+    away = np.linalg.norm(X[:, None] - mesh.points[own[chosen][:, :corners]], axis=2)
+    shares = np.zeros((len(X), own.shape[1]))
+    shares[:, :corners] = 1.0 / np.maximum(away, 1e-12 * mesh.extent)
+    return chosen, shares / shares.sum(axis=1, keepdims=True)
+
+
+# ------------------------------------------------------------------ tractions
+
+
+def _boundary(
+    case: Case, mesh: Mesh, X: Floats, chosen: Ints, pairs: tuple[Ints, Ints, Floats], at_rest: Any
+) -> Boundary:
+    """What is known of the faces at the chosen points (n,) of X."""
+    points, facets, normals = pairs
+    n = len(chosen)
+    found = Boundary(np.zeros((n, FACES, 3)), np.zeros((n, FACES, 3)), np.zeros((n, FACES)),
+                     np.zeros((n, FACES, 3), dtype=np.bool_), [()] * n)  # fmt: skip
+    held = _held_at(case, mesh, X[chosen]) | _touching(at_rest, X[chosen])[:, None]
+    acting = [_Acting(case, load, mesh) for load in case.loads if not isinstance(load.thing.action, INSIDE)]
+    filled = np.zeros(n, dtype=np.int64)
+    names: list[tuple[str, ...]] = [()] * n
+    doubtful = np.zeros(n, dtype=np.bool_)
+    for point, facet, normal in zip(points.tolist(), facets.tolist(), normals, strict=True):
+        i = int(np.searchsorted(chosen, point))
+        if i >= n or chosen[i] != point or doubtful[i] or not normal.any():
+            continue
+        total, pressure, own = np.zeros(3), 0.0, []
+        for load in acting:
+            if (acts := load.at(X[point], facet)) is None:
+                doubtful[i] = True
+                break
+            if acts:
+                own.append(load.name)
+                t, p = load.traction(normal)
+                total, pressure = total + t, pressure + p
+        if doubtful[i]:
+            continue
+        k = _slot(found, i, int(filled[i]), normal, total, pressure)
+        if k is None:  # of a smooth face it is known already, or contradicts what is known
+            continue
+        filled[i] = k + 1
+        found.normals[i, k], found.tractions[i, k], found.pressures[i, k] = normal, total, pressure
+        found.free[i, k] = ~held[i]
+        names[i] = tuple(dict.fromkeys((*names[i], *own)))
+    found.free[doubtful] = False
+    return Boundary(found.normals, found.tractions, found.pressures, found.free, names)
+
+
+def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, pressure: float) -> int | None:
+    """Where a face of a point belongs; None where it is there already, or there are too many."""
+    for k in range(filled):
+        if found.normals[i, k] @ normal > 0.99:
+            if not np.allclose(found.tractions[i, k], total) or found.pressures[i, k] != pressure:
+                found.free[i] = False
+            return None
+    return filled if filled < FACES else None
+
+
+def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
+    """Which components supports hold at points X (n, 3), m, or at nodes of the facets there (n, 3)."""
+    held = held_directions(case, mesh)
+    where = locate(mesh, X)
+    near = np.abs(where.N) > AT
+    found: Bools = (held[where.nodes] & near[:, :, None]).any(axis=1)
+    return found
+
+
+def _touching(at_rest: Any, X: Floats) -> Bools:
+    """Which points X (n, 3), m, something in contact presses on (n,)."""
+    found = np.zeros(len(X), dtype=np.bool_)
+    for touch in getattr(at_rest, "touches", {}).values():
+        surface = getattr(touch, "surface", None)
+        found |= True if surface is None else surface.pressures(X) > 0.0
+    return found
+
+
+class _Acting:
+    """A load on a part of the surface of a mesh."""
+
+    def __init__(self, case: Case, load: Declared, mesh: Mesh) -> None:
+        self.name, self.action, self._mesh = load.name, load.thing.action, mesh
+        part = surface_of(case, load, self.action.where, mesh)
+        self._number = {tuple(sorted(row)): f for f, row in enumerate(mesh.facets.tolist())}
+        self._whole = {self._number[tuple(sorted(row))] for row in part.whole.tolist()}
+        self._parts = {self._number[tuple(sorted(row))] for row in np.unique(part.touched, axis=0).tolist()}
+
+    def at(self, X: Floats, facet: int) -> bool | None:
+        """Whether it acts on a facet at a point X (3,), m; None where that is not known, or at its border."""
+        if isinstance(self.action, UNKNOWN):
+            return None if facet in self._parts else False
+        if facet in self._whole:
+            return True
+        if facet not in self._parts:
+            return False
+        where = self.action.where
+        if where.groups or any(border.plane is None for border in where.borders):
+            return None
+        corners = self._mesh.points[self._mesh.facets[facet][: self._mesh.element.facet.corners]]
+        beside = X + BESIDE * (corners - X)
+        held = np.broadcast_to(where.holds(*beside.T, self._mesh.extent), len(beside))
+        return None if held.any() != held.all() else bool(held.all())
+
+    def traction(self, normal: Floats) -> tuple[Floats, float]:
+        """Its traction per undeformed area (3,), Pa, on a face with this outward normal, and its following pressure."""
+        match self.action:
+            case PerArea(traction=t):
+                return np.array(t), 0.0
+            case Tensile(stress=stress, direction=d):
+                return stress * float(np.array(d) @ normal) * np.array(d), 0.0
+        return np.zeros(3), float(self.action.pressure)
+
+
+def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
+    """Stresses (n, 6), Pa, changed least so that they meet the tractions, and a function that shows a mismatch."""
+    S, normals = tensors.cauchy.copy(), known.normals
+    n, wanted = normals.copy(), known.tractions - known.pressures[:, :, None] * normals
+    if not tensors.small:
+        F = tensors.F
+        turned = np.linalg.det(F)[:, None, None] * np.einsum("nJi,nfJ->nfi", np.linalg.inv(F), normals)
+        area = np.linalg.norm(turned, axis=2, keepdims=True)
+        n = turned / np.where(area > 0.0, area, 1.0)
+        wanted = known.tractions / np.where(area > 0.0, area, 1.0) - known.pressures[:, :, None] * n
+    first = np.where(known.free, np.einsum("nij,nfj->nfi", S, n) - wanted, 0.0)
+    acting = known.free.any(axis=2)
+    for _ in range(ROUNDS if acting.sum(axis=1).max(initial=0) > 1 else 1):
+        for f in range(FACES):
+            r = np.where(known.free[:, f], np.einsum("nij,nj->ni", S, n[:, f]) - wanted[:, f], 0.0)
+            along = (r * n[:, f]).sum(axis=1)[:, None, None]
+            outer = np.einsum("ni,nj->nij", r, n[:, f])
+            S -= outer + outer.swapaxes(1, 2) - along * np.einsum("ni,nj->nij", n[:, f], n[:, f])
+    six = np.stack([S[:, i, j] for i, j in SYMMETRIC], axis=1)
+    return six, partial(_worst, tensors.cauchy, n, wanted, first, known.loads)
+
+
+def _worst(
+    cauchy: Floats, n: Floats, wanted: Floats, r: Floats, loads: Sequence[tuple[str, ...]], i: int
+) -> tuple[float, float, bool, tuple[str, ...]]:
+    """The traction of the stress at a point, the applied one, Pa, whether along the normal, and the loads there."""
+    f = int(np.linalg.norm(r[i], axis=1).argmax())
+    found, normal = cauchy[i] @ n[i, f], n[i, f]
+    along = abs(float(r[i, f] @ normal)) > 0.7 * float(np.linalg.norm(r[i, f]))
+    if along:
+        return float(found @ normal), float(wanted[i, f] @ normal), True, loads[i]
+    across = [float(np.linalg.norm(t - (t @ normal) * normal)) for t in (found, wanted[i, f])]
+    return across[0], across[1], False, loads[i]
