@@ -1,8 +1,8 @@
 """The command `dsl`: arguments, exit statuses, and nothing imported before it is needed.
 
-Exit statuses: 0 all well, 1 an expectation not met, 2 the command line or a scene in error, 3 a model or reference
-failed or did not converge, or the machine has no more room, memory or files, 70 a defect of softmark itself,
-130 interrupted, 143 terminated.
+Exit statuses: 0 all well, 1 an expectation not met or cells of a solution inside out, 2 the command line or a scene in
+error, 3 a model or reference failed or did not converge, or the machine has no more room, memory or files, 70 a defect
+of softmark itself, 130 interrupted, 143 terminated.
 """
 
 from __future__ import annotations

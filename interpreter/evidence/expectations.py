@@ -125,6 +125,8 @@ class _Known:
         number = None if _of_all(self.scene, metric) else number
         result = self.results[owner] if number is None else self.results[owner].each[number]
         known = result.metrics.get(metric)
+        if getattr(result, "inverted", 0):
+            raise _NoValue(f"cells of {owner} are inside out (W351), so that {name.text} is a number of no solid")
         if known is None or known.value is None:
             raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
         return Quantity(known.value, units.parse(known.unit).dimension)

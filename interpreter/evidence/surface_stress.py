@@ -2,8 +2,8 @@
 
 Equilibrium says what sigma n is on every face: the applied traction on a loaded face, zero on a free one. A mesh that
 is coarser than a loaded patch misses it, and a finer space over the same cells may miss it alike. Components in which a
-support holds the point, faces on foundations or in contact, moments on faces, and places where a load begins or ends are
-left out, since the traction is not known there or has two values.
+support holds the point, faces on foundations or in contact, moments on faces, and places where a load begins or ends
+are left out, since the traction is not known there or has two values.
 """
 
 from __future__ import annotations

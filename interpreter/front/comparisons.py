@@ -29,6 +29,7 @@ from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.problem.case import Fault, case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.interpreter.vocabulary.probes import Markers, Surface, Volume
 from softmark.records import dataclass
@@ -140,11 +141,28 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
     bodies = (None, scene.declared[thing.probe].thing.body)
     models = [m for m in scene.of_kind("model").values() if m.value("body") in bodies]
     laws = [_solid(scene, m).thing.stress_law for m in models]
+    past = ["" if isinstance(law, str) else _past(scene, m) for law, m in zip(laws, models, strict=True)]
+    if any(past) and all(why or isinstance(law, str) for why, law in zip(past, laws, strict=True)):
+        whose = next(why for why in past if why)
+        message = f"`{metric.name}` asks for stress or strain, and that of {whose} is not recovered to points"
+        help = "ask for what is known: `force(...)`, `displacement(...)`, and of fluid `pore_pressure(...)`"
+        return _Refusal("", message, "not known here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
         return _right(scene, metric)
     return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
                     "of no model",
                     "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
+
+
+def _past(scene: Scene, model: Declared) -> str:
+    """What a model of a porous or viscoelastic body is made of, in words, whose stress points do not have; else ""."""
+    try:
+        case = case_for(scene, _solid(scene, model))
+    except Fault:  # which is said elsewhere
+        return ""
+    if case.porous:
+        return f"`{case.body.name}`, a porous body,"
+    return f"`{case.body.name}`, a viscoelastic body," if case.remembers else ""
 
 
 def _right(scene: Scene, metric: Declared) -> _Refusal | None:

@@ -23,7 +23,12 @@ class Stress(OfTensors):
     second, P = J sigma F^-T, what a testing machine reports; `xx` ... `zx` are components by the axes of the scene.
     Principal values are in falling order, tension is positive; `pressure` is positive in compression. Where strains are
     small, both measures are one. The `largest` is that of the greatest magnitude, with its sign; in motion it is that
-    of the last moment.
+    of the last moment. Over a volume it is looked for on its surface, at its corners and at nodes of the mesh too. The
+    `mean` is the integral over the line, the surface or the volume by its size, split where the material changes.
+
+    At a point on an interface of materials there are two values: the largest is taken from both, a mean counts half of
+    each, and `sides_Pa` has both where the number lies on an interface. On loaded and free faces stress is compared
+    with what acts there (W405), and a stated error holds the difference.
 
     Beams at rest have that of their sections, by the theories of Navier and Saint-Venant, which holds a width away from
     what holds, loads or joins them (W356).

@@ -24,8 +24,13 @@ def _ends(noun: str, results: Mapping[str, Any]) -> list[str]:
     """How many ended in each way, and who."""
     ends: dict[str, list[str]] = {}
     for name, result in results.items():
-        ends.setdefault(result.status, []).append(name)
+        ends.setdefault(_ended(result), []).append(name)
     return [f"{noun}{'s' * (len(own) > 1)} {listed(own)} {status}" for status, own in ends.items()]
+
+
+def _ended(result: Any) -> str:
+    """The status, and that cells are inside out where some are."""
+    return f"{result.status} with cells inside out" if getattr(result, "inverted", 0) else str(result.status)
 
 
 def _expected(expectations: Sequence[Any]) -> str:
@@ -37,7 +42,7 @@ def _expected(expectations: Sequence[Any]) -> str:
 
 def outcome(result: Any) -> str:
     """`<ModelResult 'rod' converged; probes axis; metrics eta, tip>`."""
-    said = f"{result.status}: {cut(result.message)}" if result.message else result.status
+    said = f"{_ended(result)}: {cut(result.message)}" if result.message else _ended(result)
     known = {"probes": result.probes, "metrics": result.metrics}
     parts = [said, *(f"{what} {listed(list(own))}" for what, own in known.items() if own)]
     parts += [f"{len(result.states)} states"] if result.states else []

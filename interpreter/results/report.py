@@ -270,6 +270,12 @@ class ModelResult:
         """A metric from state to state. Raises KeyError for one that it does not have."""
         return curve_of(self.each, self.states, metric)
 
+    @property
+    def inverted(self) -> int:
+        """The number of cells that its solution turns inside out, in the worst of its states."""
+        own = int((self.solve.get("checks") or {}).get("inverted") or 0) if self.status in ANSWERED else 0
+        return max((own, *(state.inverted for state in self.each)))
+
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
         own = {
@@ -287,6 +293,7 @@ class ModelResult:
         own |= {"contacts": clean(self.contacts)} if self.contacts else {}
         own |= {"stated": clean(self.stated)} if self.stated else {}
         own |= {"kept": self.kept} if self.kept else {}
+        own |= {"inverted": self.inverted} if self.inverted else {}
         return own | _in_each(self.states, self.each)
 
 
@@ -447,10 +454,13 @@ class Report:
     def exit_status(self) -> int:
         """3 where a model or reference failed, else 1 where an expectation was not met or not judged, else 0.
 
-        Expectations about models that were not chosen to run do not count.
+        It is 1 also where cells of a solution are inside out. Expectations about models that were not chosen to run do
+        not count.
         """
         if self.failures:
             return 3
+        if any(model.inverted for model in self.models.values()):
+            return 1
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 
     def to_json(self) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """Stress and strain of a solid of several materials: recovered in the cells of each alone.
 
-Where two materials meet stress and strain jump, and a polynomial over cells of both would smooth what is there. At a
-point that lies where they meet, the numbers are those of the side with the larger stress.
+Where two materials meet stress and strain jump, and a polynomial over cells of both would smooth what is there. A point
+that lies where they meet has tensors of each side (`sides`); `at`, for pictures and files, takes the side with the
+larger stress.
 """
 
 from __future__ import annotations

@@ -36,6 +36,7 @@ QUOTED = re.compile(r"^ *(?:-->|\d+ \|)")  # a place, a line of the scene
 UNIT = r" (?:%|deg|Hz|[GMk]?Pa|m?N|[mkµn]?m|[mµn]?s|[mk]?J)(?!\w)"
 MEASURED = re.compile(rf"(?<![\w.`#-])\d+(?:\.\d+(?:e[+-]\d+)?|e[+-]\d+|(?={UNIT}))(?![\w.])")
 # no scene is known that comes to it, or only with a mesher or without, or with a library that combines shapes
+INSIDE_OUT = ("W324", "W351")  # cells of a solution: the exit status is 1 without an error of the scene
 STAGED = {"E336", "E337", "E338", "E405", "E575", "E576", "E630", "W349", "W354", "W630"}
 
 
@@ -105,7 +106,8 @@ def test_golden(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
         return
     assert expected.is_file(), "no expected text: bless it, and read it"
     assert same == wanted
-    assert (status == 0) == ("error[" not in found)
+    inside_out = any(f"warning[{code}]" in found for code in INSIDE_OUT)
+    assert (status == 0) == ("error[" not in found and not inside_out)
 
 
 @pytest.mark.parametrize("scene", [p for p in SCENES if COMBINED.search(p.read_bytes())], ids=lambda p: p.stem)

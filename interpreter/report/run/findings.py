@@ -223,6 +223,8 @@ class Findings:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
             return "warn", "Finished, nothing was solved"
+        if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
+            return "bad", f"Finished, with cells inside out in {listed(inverted)}: no solid can be so"
         ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
         return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 

@@ -35,6 +35,7 @@ STATUS = {
     "skipped": "skipped",
     "unsupported": "unsupported",
 }
+INVERTED = "cells inside out"
 
 
 WIDE = 110  # characters of a line where nobody says how wide the window is
@@ -206,7 +207,7 @@ def _effort(m: ModelResult) -> list[str]:
     clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
     most = "<= " if timing and timing.most and clock != "-" else ""
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
-    return [unknowns, iterations, most + _short(clock), STATUS[m.status]]
+    return [unknowns, iterations, most + _short(clock), INVERTED if m.inverted else STATUS[m.status]]
 
 
 def _short(clock: str) -> str:

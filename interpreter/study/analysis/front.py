@@ -92,6 +92,8 @@ def _candidate(
     error, effort = point.error(metric), point.effort(clock)
     if not point.solved:
         return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
+    if any(warning.code == "W351" for warning in point.warnings):
+        return "its cells are inside out"
     if error is None:
         return point.metric(metric).reason or f"{metric} was not measured"
     if effort is None:

@@ -306,6 +306,8 @@ def _range(low: float, high: float) -> str:
 def status_of(result: Result) -> str:
     """A symbol and words."""
     symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
+    if getattr(result, "inverted", 0):
+        return tag("span", tag("span", "✗", aria_hidden="true"), " cells inside out", class_="status bad")
     said = f" {text(words)}"
     if result.status == "converged":  # the usual: the sign is enough for those who see it
         said = tag("span", said, class_="spoken")
