@@ -16,6 +16,7 @@ import numpy as np
 
 from softmark.interpreter.evidence.stress_limits import facet_normals, held_directions
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.metrics.probe_samples import ProbeSamples
 from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.models.shared.surfaces import surface_of
@@ -92,7 +93,7 @@ def mismatch(
     if any(not isinstance(load.thing.action, _KNOWN) for load in case.loads):
         return None
     mesh = stress.state.mesh
-    samples = metric.samples(place, stress)
+    samples = _with_patches(metric, case, mesh, place, metric.samples(place, stress))
     points, facets, normals = _on_faces(case, mesh, samples.X)
     if not len(points):
         return None
@@ -126,6 +127,29 @@ def mismatch(
     )  # fmt: skip
     i = int(np.argmax(np.abs(after - before)[row]))
     return TractionMismatch(max(abs(other - value), whole), samples.X[chosen[i]], *worst(i))
+
+
+def _with_patches(metric: OfTensors, case: Case, mesh: Mesh, place: ProbePlace, samples: ProbeSamples) -> ProbeSamples:
+    """The sample points of a surface or a volume, and one more on every part of a facet that a load acts on."""
+    domain = place.domain
+    if metric.over == "mean" or domain is None or domain.nodes == "none":
+        return samples
+    found = [samples.X]
+    for load in case.loads:
+        if isinstance(load.thing.action, INSIDE):
+            continue
+        part = surface_of(case, load, load.thing.action.where, mesh)
+        some = part.w > 0.0
+        if not some.any():
+            continue
+        nodes, w = part.nodes[some], part.w[some]
+        X = np.einsum("pa,pai->pi", mesh.element.facet.shape(part.xi[some]), mesh.points[nodes])
+        _, which = np.unique(nodes, axis=0, return_inverse=True)
+        size = np.bincount(which.ravel(), w)
+        middles = np.stack([np.bincount(which.ravel(), w * x) / size for x in X.T], axis=1)
+        found.append(middles[domain.holds(middles)])
+    X = np.concatenate(found)
+    return ProbeSamples(X, np.concatenate([samples.shares, np.zeros(len(X) - len(samples.X))]))
 
 
 _KNOWN = (PerArea, Tensile, Follower, *INSIDE, *UNKNOWN)
