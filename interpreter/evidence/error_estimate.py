@@ -116,8 +116,14 @@ class Stated(Answer):
             self._must_have_limit(seen)
             return self._of_mesh(voucher, seen)
         from softmark.interpreter.evidence.stress_limits import settled
+        from softmark.interpreter.evidence.surface_stress import mismatch
 
-        return settled(self, seen, voucher.discretisation)
+        found = settled(self, seen, voucher.discretisation)
+        if seen.stress is None:
+            return found
+        # finer cells may miss alike what acts on the surface, which equilibrium does not
+        surface = mismatch(seen.metric, self.case, seen.place, seen.stress(), seen.at_rest)
+        return found if surface is None else max(found, surface.error)
 
     def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
         """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever others say."""

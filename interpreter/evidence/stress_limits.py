@@ -63,15 +63,7 @@ def settled(answer: Answer, seen: ProbeAnswer, discretisation: Callable[[Answer,
     found = discretisation(answer, seen)
     if found > UNSETTLED * seen.size:
         raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
-    return max(found, _of_tractions(metric, answer, seen))
-
-
-def _of_tractions(metric: OfTensors, answer: Answer, seen: ProbeAnswer) -> float:
-    """The error of the metric where the stress contradicts what acts on the surface, which finer cells may miss."""
-    from softmark.interpreter.evidence.surface_stress import mismatch
-
-    own = None if seen.stress is None else mismatch(metric, answer.case, seen.place, seen.stress(), seen.at_rest)
-    return 0.0 if own is None else own.error
+    return found
 
 
 def _edge(mesh: Mesh) -> float:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.evidence.surface_stress import TractionMismatch, mismatch
 from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared, Scene
@@ -23,8 +22,7 @@ from softmark.interpreter.problem.view import View
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from softmark.interpreter.evidence.surface_stress import TractionMismatch
     from softmark.solvers.mesh.mesh import Mesh
 
     Floats = NDArray[np.float64]
@@ -172,6 +170,8 @@ def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Di
 
 def mismatch_of(metric: OfTensors, view: View) -> TractionMismatch | None:
     """How the stress of a model contradicts what acts on the surface where a metric looks."""
+    from softmark.interpreter.evidence.surface_stress import mismatch  # which beams have no need of
+
     try:
         return mismatch(metric, view.case, place_of_metric(metric, view), field_of(view.stress), view.at_rest)
     except Undefined:

@@ -318,7 +318,7 @@ def _touching(at_rest: Any, X: Floats) -> Bools:
     found = np.zeros(len(X), dtype=np.bool_)
     for touch in getattr(at_rest, "touches", {}).values():
         surface = getattr(touch, "surface", None)
-        found |= True if surface is None else surface.pressures(X) > 0.0
+        found |= np.ones_like(found) if surface is None else surface.pressures(X) > 0.0
     return found
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from softmark.interpreter.metrics.tensors import OfTensors, Over
+from softmark.interpreter.metrics.probe_samples import Over
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

@@ -181,7 +181,7 @@ def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
     from softmark.interpreter.problem.parts.faces import cut_along
     from softmark.solvers.mesh.clip import Pieces
 
-    pieces = Pieces(place.X[place.triangles], np.arange(len(place.triangles)))  # type: ignore[arg-type, index]
+    pieces = Pieces(place.X[place.triangles], np.arange(len(place.triangles)))  # type: ignore[arg-type]
     for part in case.parts:
         pieces = cut_along(part.thing.where, pieces, extent)
     found: Floats = pieces.corners[pieces.sizes > 0.0]

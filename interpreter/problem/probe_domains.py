@@ -42,4 +42,6 @@ class ProbeDomain:
         """Which points X (n, 3), m, its condition selects (n,)."""
         if self.where is None:
             return np.ones(len(X), dtype=np.bool_)
-        return np.array(np.broadcast_to(self.where.holds(*X.T, self.extent), len(X)), dtype=np.bool_)
+        return np.array(
+            np.broadcast_to(self.where.holds(X[:, 0], X[:, 1], X[:, 2], self.extent), len(X)), dtype=np.bool_
+        )

@@ -278,7 +278,7 @@ class ModelResult:
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of a model."""
-        own = {
+        own: dict[str, Any] = {
             "status": self.status,
             "message": self.message,
             "outline": self.outline,
