@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from softmark.interpreter.evidence.surface_stress import TractionMismatch
     from softmark.solvers.mesh.mesh import Mesh
 
-    Floats = NDArray[np.float64]
-
 MIXED = 0.05  # of a cell: that much of another material is no matter of how sides are bent
 APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
 

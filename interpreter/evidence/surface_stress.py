@@ -317,8 +317,9 @@ def _touching(at_rest: Any, X: Floats) -> Bools:
     """Which points X (n, 3), m, something in contact presses on (n,)."""
     found = np.zeros(len(X), dtype=np.bool_)
     for touch in getattr(at_rest, "touches", {}).values():
-        surface = getattr(touch, "surface", None)
-        found |= np.ones_like(found) if surface is None else surface.pressures(X) > 0.0
+        field = getattr(touch, "field", None)
+        pressed: Bools = np.ones_like(found) if field is None else np.asarray(field.pressures(X) > 0.0)
+        found = found | pressed
     return found
 
 
