@@ -16,7 +16,7 @@ from itertools import pairwise
 
 from softmark.interpreter.results.plain import Plain
 from softmark.interpreter.study.analysis.lines import RefinementLine
-from softmark.interpreter.study.analysis.point import READ, UNKNOWNS, ComparedPoint, Spread, uncertainty_of
+from softmark.interpreter.study.analysis.point import INSIDE_OUT, READ, UNKNOWNS, ComparedPoint, Spread, uncertainty_of
 from softmark.records import dataclass
 
 RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
@@ -92,8 +92,8 @@ def _candidate(
     error, effort = point.error(metric), point.effort(clock)
     if not point.solved:
         return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
-    if any(warning.code == "W351" for warning in point.warnings):
-        return "its cells are inside out"
+    if point.inverted:
+        return INSIDE_OUT
     if error is None:
         return point.metric(metric).reason or f"{metric} was not measured"
     if effort is None:

@@ -21,6 +21,8 @@ from softmark.records import dataclass
 READ = "read"  # solved by somebody else, and no clock of ours
 CLOCKS = ("cpu_s", "wall_s")
 UNKNOWNS = "unknowns"  # the effort where nothing was timed
+INVERTED = ("W324", "W351")  # warnings that cells of a solution are inside out
+INSIDE_OUT = "its cells are inside out"
 SPREADS = (*CLOCKS, "step_s", "step_cpu_s", "setup_s")
 
 
@@ -206,6 +208,11 @@ class ComparedPoint:
     def solved(self) -> bool:
         """Whether it has a solution."""
         return self.status in ANSWERED
+
+    @property
+    def inverted(self) -> bool:
+        """Whether its solution has cells inside out."""
+        return any(warning.code in INVERTED for warning in self.warnings)
 
     @property
     def timed(self) -> bool:

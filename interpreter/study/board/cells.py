@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from softmark.interpreter.results.plain import Json, Plain, by_name, several
-from softmark.interpreter.study.analysis.point import CLOCKS, ComparedPoint, Spread, error_metrics
+from softmark.interpreter.study.analysis.point import CLOCKS, INSIDE_OUT, ComparedPoint, Spread, error_metrics
 from softmark.interpreter.study.board.cases import BoardCase, Entrant
 from softmark.records import dataclass
 
@@ -136,12 +136,13 @@ def _cell(case: BoardCase, entrant: Entrant, point: ComparedPoint, metric: str |
     error = None if metric is None or not point.solved else point.error(metric)
     uncertainty = None if error is None or metric is None else point.uncertainty(metric)
     clock, effort = _effort(point)
-    reason = point.message
+    reason = INSIDE_OUT if point.inverted else point.message
+    judged = CANNOT_TELL if point.inverted and error is not None else verdict(error, uncertainty, case.case.within)
     if error is None and reason is None:
         reason = "it has no metric against a reference" if metric is None else point.metric(metric).reason
     return Cell(
         case.case.name, entrant.model, entrant.name, point.status, error, uncertainty, case.unit,
-        effort.median if effort else None, verdict(error, uncertainty, case.case.within), clock,
+        effort.median if effort else None, judged, clock,
         (effort.q1, effort.q3) if effort else None, point.dofs, point.outline, reason, point.cost.flags or None,
     )  # fmt: skip
 
