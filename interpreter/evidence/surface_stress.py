@@ -44,6 +44,7 @@ AT = 1e-9  # a shape function below it is zero
 SMOOTH = 0.7  # cosine: facets that meet at a smaller angle are one smooth face
 BESIDE = 1e-4  # of the way to a corner of a facet: where it is asked whether a load acts beside a point
 FACES = 3  # facets of different normals at one point: those of a corner
+SAME = 1e-6  # of tractions: what is less is no difference
 ROUNDS = 20  # of corrections at edges and corners, where several faces count
 NEAREST = 12  # facets among which the one nearest to a point outside the mesh is looked for
 UNKNOWN = (Turning,)  # actions on a face whose traction is not given at a point
@@ -369,16 +370,29 @@ def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
         area = np.linalg.norm(turned, axis=2, keepdims=True)
         n = turned / np.where(area > 0.0, area, 1.0)
         wanted = known.tractions / np.where(area > 0.0, area, 1.0) - known.pressures[:, :, None] * n
-    first = np.where(known.free, np.einsum("nij,nfj->nfi", S, n) - wanted, 0.0)
-    acting = known.free.any(axis=2)
+    free = known.free & ~_conflicting(n, wanted, known.free)[:, None, None]
+    first = np.where(free, np.einsum("nij,nfj->nfi", S, n) - wanted, 0.0)
+    acting = free.any(axis=2)
     for _ in range(ROUNDS if acting.sum(axis=1).max(initial=0) > 1 else 1):
         for f in range(FACES):
-            r = np.where(known.free[:, f], np.einsum("nij,nj->ni", S, n[:, f]) - wanted[:, f], 0.0)
+            r = np.where(free[:, f], np.einsum("nij,nj->ni", S, n[:, f]) - wanted[:, f], 0.0)
             along = (r * n[:, f]).sum(axis=1)[:, None, None]
             outer = np.einsum("ni,nj->nij", r, n[:, f])
             S -= outer + outer.swapaxes(1, 2) - along * np.einsum("ni,nj->nij", n[:, f], n[:, f])
     six = np.stack([S[:, i, j] for i, j in SYMMETRIC], axis=1)
     return six, partial(_worst, tensors.cauchy, n, wanted, first, known.loads)
+
+
+def _conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
+    """Which points (n,) lie on edges where no symmetric stress has both tractions: sheared beside free faces."""
+    found = np.zeros(len(n), dtype=np.bool_)
+    size = np.linalg.norm(wanted, axis=2).max(axis=1, initial=0.0)
+    for a in range(FACES):
+        for b in range(a):
+            both = free[:, a].any(axis=1) & free[:, b].any(axis=1)
+            across = np.einsum("ni,ni->n", n[:, a], wanted[:, b]) - np.einsum("ni,ni->n", n[:, b], wanted[:, a])
+            found |= both & (np.abs(across) > SAME * size)
+    return found
 
 
 def _worst(

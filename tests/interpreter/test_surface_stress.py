@@ -203,6 +203,16 @@ def test_the_comparison_is_independent_of_the_solver(monkeypatch: pytest.MonkeyP
     assert (found, applied) == (pytest.approx(-600.0, rel=0.02), -1000.0)
 
 
+def test_an_edge_with_two_tractions_is_left_out() -> None:
+    """No symmetric stress has sigma_zx = -10 Pa on the loaded end and 0 on the free top: nothing is compared there."""
+    text = "material g = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1 kg/m^3)\n"
+    text += "body b = solid(box(size = (60, 10, 10) mm), g)\nsupport w = fixed(b, where = x <= 0 mm)\n"
+    text += "load q = traction(b, where = x >= 60 mm, vector = (0, 0, -10) Pa)\n"
+    text += "model m = fem(hex20, strain = small, size = 5 mm)\nprobe e = point(b, at = (60, 5, 10) mm)\n"
+    text += "metric s = stress(e, component = zx)\n"
+    assert not told(run(text))
+
+
 def test_a_held_face_has_no_mismatch() -> None:
     """What a support carries is not given: nothing is compared there."""
     assert not told(run(narrow(probe="point(b, at = (30, 0, 0) mm)")))
