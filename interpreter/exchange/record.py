@@ -31,13 +31,18 @@ class Foreign(Exception):
 
 @dataclass(frozen=True)
 class Law:
-    """A material: its word in the language, its stresses and plain numbers there, and its density, if it has one."""
+    """A material: its word in the language, its stresses and plain numbers there, and its density, if it has one.
+
+    `stress_lists` and `lists` are constants of its terms, stresses and plain numbers.
+    """
 
     word: str
     stresses: Mapping[str, float]
     plain: Mapping[str, float] = field(default_factory=dict)
     density: float | None = None
     choices: Mapping[str, str] = field(default_factory=dict)
+    stress_lists: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    lists: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

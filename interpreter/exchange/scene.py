@@ -19,11 +19,12 @@ from softmark.interpreter.exchange.units import Unasked, Units
 from softmark.solvers.mesh.files.flaws import at, components, twins
 
 FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
-FORCES = 400  # nodes with forces of their own
+FORCES = 20_000  # nodes with forces of their own; a scene of so many takes some 10 s to be checked
 DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
 DUST = 1e-16  # of the greatest force: below what a double keeps beside it
-NEAR = 1e-3  # of the shortest distance between nodes: what is this near to a node's place is the node
+NEAR = 1e-7  # of the shortest distance between nodes: what is this near to a node's place is the node, and no edge
 WIDE = 100
+ANY_DENSITY = "1000.0 kg/m^3"  # of materials without one, where no result depends on it
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,15 @@ class Wanting(Exception):
 class Written:
     """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left.
 
-    `turned` says which cells were inside out, if some were.
+    `turned` says which cells were inside out, if some were; `taken` how something was understood that can be
+    understood otherwise.
     """
 
     scene: str
     mesh: str | None
     left: tuple[Left, ...]
     turned: str | None
+    taken: tuple[str, ...] = ()
 
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
@@ -63,11 +66,10 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     mesh = None
     if deck.mesh is None:
         mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
-    left, turned = tuple(dict.fromkeys(deck.left)), _turned(deck, units)
-    if turned is not None:
-        deck.taken.append(f"{turned}: a scene turns them")
+    left, turned, taken = tuple(dict.fromkeys(deck.left)), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
+    deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
-    return Written(format_source(Source(deck.title, text)), mesh, left, turned)
+    return Written(format_source(Source(deck.title, text)), mesh, left, turned, taken)
 
 
 def _one_piece(deck: Deck) -> None:
@@ -193,10 +195,16 @@ class _Writer:
             return _constructor(self.filled.material)
         fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
         fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
+        fields += [f"{name} = [{', '.join(map(self.units.of_stress, own))}]" for name, own in law.stress_lists.items()]
+        fields += [f"{name} = [{', '.join(map(repr, own))}]" for name, own in law.lists.items()]
         if law.density is not None:
             density = self.units.of_density(law.density)
         elif self.filled.density is not None:
             density = self.filled.density
+        elif self.deck.static and not self.deck.weights:
+            density = ANY_DENSITY
+            self.deck.taken.append(f"the material `{part}` has no density, and nothing of a body at rest without weight "
+                                   f"depends on it: the scene has {ANY_DENSITY} in its place")  # fmt: skip
         else:
             raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
                           "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip

@@ -270,7 +270,7 @@ model hexes = fem(hex8, strain = small, size = 10 mm)
 probe end = point(bar, at = (20, 0, 0) mm)
 metric down = displacement(end, along = -z)
 """
-    new = {"solvers.mesh.groups", "solvers.mesh.files.named", "solvers.mesh.files.abaqus_sets"}
+    new = {"solvers.mesh.groups", "solvers.mesh.files.named", "solvers.mesh.files.abaqus.groups"}
     assert not new & loaded_by(scene)
 
 
