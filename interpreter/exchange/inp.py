@@ -219,6 +219,7 @@ class _Reader:
         self._explain(found)
         self._act(body)
         self._name_sets(body)
+        found.taken += mesh.taken
         return found
 
     def _parts(self, body: _Body) -> Iterator[Part]:
@@ -245,6 +246,9 @@ class _Reader:
             if len(own := np.flatnonzero(np.isin(owner, sections))):
                 yield Part(name, own, named[sections[0]][1])
         if len(rest := np.flatnonzero(owner == -1)):
+            first = int(body.elements[rest[0]])
+            self.left.append(Left(f"the material of {len(rest)} cells", "no *SOLID SECTION has them: the first is "
+                                  f"{body.mesh.describe_element(first)}"))  # fmt: skip
             yield Part("rest", rest, None)
 
     def _explain(self, found: Deck) -> None:

@@ -120,6 +120,7 @@ class Deck:
     groups: list[str] = field(default_factory=list)  # of `mesh`, by its names
     named: list[Set] = field(default_factory=list)
     mesh: Path | None = None
+    pieces: int = 1  # of the body, which share no nodes
     left: list[Left] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise
 

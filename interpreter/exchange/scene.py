@@ -16,7 +16,8 @@ from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
 from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Law, Left, OnFaces
 from softmark.interpreter.exchange.units import Unasked, Units
-from softmark.solvers.mesh.files.flaws import at, components, twins
+from softmark.solvers.mesh.files.flaws import at, components, overlap, twins
+from softmark.solvers.mesh.mesh import Mesh
 
 FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
 FORCES = 20_000  # nodes with forces of their own; a scene of so many takes some 10 s to be checked
@@ -60,7 +61,7 @@ class Written:
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
     """A scene whose mesh has this name. Raises Unasked, Wanting, Foreign."""
-    _one_piece(deck)
+    _count_pieces(deck)
     writer = _Writer(deck, units, filled, mesh_name)
     lines = list(writer.lines())
     mesh = None
@@ -72,14 +73,23 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     return Written(format_source(Source(deck.title, text)), mesh, left, turned, taken)
 
 
-def _one_piece(deck: Deck) -> None:
-    """Raises Foreign of cells in pieces that share no nodes."""
+def _count_pieces(deck: Deck) -> None:
+    """Say of a body in several pieces what holds them together. Raises Foreign of a mesh that a scene refuses so."""
     width = deck.cells.shape[1]
     part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
-    if (many := len(np.unique(part[deck.cells[:, 0]]))) > 1:
-        raise Foreign(
-            f"{deck.title} has {many} pieces that share no nodes", "a body is one piece: write each to a deck"
-        )
+    deck.pieces = len(np.unique(part[deck.cells[:, 0]]))
+    if deck.pieces == 1:
+        return
+    if deck.mesh is not None:
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces that share no nodes",
+                      "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
+    if (place := overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
+        where = ", ".join(f"{v:g}" for v in place[0].tolist())
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two of them",
+                      "no body has matter twice at one place: move the pieces apart, or write each to a deck")  # fmt: skip
+    deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the scene "
+                      "joins them, so each needs supports; `contact glue = tied(body)` glues them where they touch, "
+                      "`contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
 
 
 def _turned(deck: Deck, units: Units) -> str | None:
@@ -143,6 +153,7 @@ class _Writer:
         kept = ", coincident = keep" if len(self.doubled) else ""
         if kept:
             deck.taken.append(f"{len(self.doubled)} nodes lie where others do, and each is its own: nothing joins them")
+        kept += ", pieces = keep" if deck.pieces > 1 else ""
         yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
             region = self.name("part", part.name)

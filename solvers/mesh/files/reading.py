@@ -45,14 +45,15 @@ FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
-def read(path: str, unit: float, coincident: str = "refuse", named: bool = False) -> Mesh:
+def read(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
     """The solid cells of `path`, all of one kind, in m and turned to positive volume; with its groups if `named`.
 
-    Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
+    Nodes that lie at one place are refused, merged or kept; pieces that share no nodes are refused or kept.
+    Raises UnreadableMesh.
     """
     data = parsed(Path(path))
     before = as_written(data, Path(path), unit)
-    mesh = checked(before.points, before.cells, before.kind, coincident)
+    mesh = checked(before.points, before.cells, before.kind, coincident, pieces)
     return replace(mesh, groups=_groups(data, Path(path), before, mesh)) if named else mesh
 
 
@@ -92,7 +93,9 @@ def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]
     return found
 
 
-def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
+def read_surface(
+    path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse"
+) -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
 
     Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.
@@ -100,7 +103,7 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
     data = parsed(Path(path))
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
-        return surface(read(path, unit, coincident))
+        return surface(read(path, unit, coincident, pieces=pieces))
     return used(*_facets(data, unit))[:2]
 
 

@@ -219,6 +219,7 @@ class DeckMesh:
         self.kinds: dict[str, tuple[Card, int]] = {}
         self._known: dict[tuple[int, str], Ints] = {}
         self._spent = 0
+        self.taken: dict[str, None] = {}  # how names were understood that can be understood otherwise
         self._by_name = {space.name.upper(): space for space in spaces[1:]}
         points, count = [], 0
         for space in spaces:
@@ -285,6 +286,10 @@ class DeckMesh:
         for end in range(len(segments) - 1, 0, -1):
             if (space := self._by_name.get(".".join(segments[:end]))) is not None:
                 return space, ".".join(segments[end:])
+        if len(within := [space for space in self.spaces[1:] if self._defines(space, kind, key)]) == 1:
+            self.taken[f"`{word[:60]}` in line {card.line} is not a name of the assembly, and is taken as "
+                       f"`{within[0].name}.{word[:60]}`, the only one of its name"] = None  # fmt: skip
+            return within[0], word
         raise self._undefined(kind, word, card)
 
     def _defines(self, space: Space, kind: Kind | str, key: str) -> bool:
@@ -296,7 +301,8 @@ class DeckMesh:
         what = {"nodes": "the node set", "elements": "the element set"}.get(kind, "the surface")
         within = [space.name for space in self.spaces[1:] if self._defines(space, kind, word.upper())]
         if within:
-            return card.error(f"{what} `{word[:60]}` of {card.title} is not defined in the assembly, only in its parts",
+            return card.error(f"{what} `{word[:60]}` of {card.title} is not defined in the assembly, but in "
+                              f"{len(within)} of its instances",
                               f"name the instance: `{within[0]}.{word[:60]}`")  # fmt: skip
         return card.error(f"{what} `{word[:60]}` of {card.title} is not defined",
                           "correct the name, or define the set; it may be in a file that is not included")  # fmt: skip
@@ -358,6 +364,14 @@ class DeckMesh:
         own = [cells.nodes[cells.rows_of(elements)].ravel() for cells in self.cells.values()]
         found: Ints = np.unique(np.concatenate([*own, _NONE]))
         return found
+
+    def describe_element(self, element: int) -> str:
+        """Return the number of an element of the model in its part, with its instance: `element 7 of Bar-1`."""
+        for space in self.spaces:
+            place = np.flatnonzero(space.element_order == element)
+            if len(place):
+                return f"element {space.element_numbers[place[0]]}" + (f" of `{space.name[:60]}`" if space.name else "")
+        return f"element {element}"
 
     def surface_rows(self, word: str, card: Card, scope: Scope | None = None) -> Iterator[tuple[Ints, str, str]]:
         """Yield the elements (k,) of each row of a surface, the label of its side, and its set. Raises DeckError."""
