@@ -224,8 +224,8 @@ class _Reader:
 
     def _parts(self, body: _Body) -> Iterator[Part]:
         owner = np.full(len(body.deck.cells), -1)
-        named: list[tuple[str, Law | None]] = []
-        known: dict[str, Law | None] = {}
+        named: list[str] = []
+        laws: dict[str, tuple[Law | None, str]] = {}  # of each material, or why there is none
         for card in self.sections:
             elset, material = card.options.get("ELSET", ""), card.options.get("MATERIAL", "").upper()
             if not elset:
@@ -233,23 +233,27 @@ class _Reader:
             if not len(which := body.cells(elset, card)):
                 continue
             owner[which] = len(named)
-            told = self.materials.get(material)
-            if told is None:
-                self.left.append(Left(f"the material `{material}`", "it is nowhere defined", card.line))
-            elif material not in known:
-                known[material] = inp_laws.law(told, self.left)
-            named.append((material or elset, known.get(material)))
-        by_material: dict[str, list[int]] = {}
-        for i, (name, _) in enumerate(named):
-            by_material.setdefault(name, []).append(i)
-        for name, sections in by_material.items():
-            if len(own := np.flatnonzero(np.isin(owner, sections))):
-                yield Part(name, own, named[sections[0]][1])
+            if material not in laws:
+                laws[material] = self._law(material, card)
+            named.append(material)
+        for name, law in laws.items():
+            if len(own := np.flatnonzero(np.isin(owner, [i for i, told in enumerate(named) if told == name]))):
+                yield Part(name, own, *law)
         if len(rest := np.flatnonzero(owner == -1)):
-            first = int(body.elements[rest[0]])
-            self.left.append(Left(f"the material of {len(rest)} cells", "no *SOLID SECTION has them: the first is "
-                                  f"{body.mesh.describe_element(first)}"))  # fmt: skip
-            yield Part("rest", rest, None)
+            why = f"no *SOLID SECTION has them: the first is {body.mesh.describe_element(int(body.elements[rest[0]]))}"
+            self.left.append(Left(f"the material of {len(rest)} cells", why))
+            yield Part("rest", rest, None, why)
+
+    def _law(self, material: str, card: Card) -> tuple[Law | None, str]:
+        """Return the law of a material, or why there is none. Raises DeckError."""
+        if (told := self.materials.get(material)) is None:
+            why = f"the material `{material[:60]}` is not defined" if material else "its section names no material"
+            self.left.append(Left(f"the material `{material[:60]}`", "it is not defined", card.line))
+            return None, why
+        before = len(self.left)
+        law = inp_laws.law(told, self.left)
+        reason = self.left[-1] if law is None and len(self.left) > before else None
+        return law, f"{reason.what}: {reason.why}" if reason is not None else ""
 
     def _explain(self, found: Deck) -> None:
         laws = [p.law for p in found.parts if p.law is not None]

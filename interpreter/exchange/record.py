@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,11 +48,12 @@ class Law:
 
 @dataclass(frozen=True)
 class Part:
-    """Cells (k,) of one material; None where nothing of its law was carried over."""
+    """Cells (k,) of one material; `law` is None where nothing of it was carried over, and `why` the reason."""
 
     name: str
     cells: Ints
     law: Law | None
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -85,11 +87,11 @@ class AtNodes:
 
 @dataclass(frozen=True)
 class Set:
-    """A part that has a name and nothing else: cells (k,), or faces (f, 2)."""
+    """A part that has a name and nothing else: cells (k,), faces (f, 2), or nodes (k,)."""
 
     name: str
     members: Ints
-    faces: bool
+    kind: Literal["cells", "faces", "nodes"]
 
 
 @dataclass(frozen=True)

@@ -14,16 +14,14 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Law, Left, OnFaces
+from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Left, OnFaces, Part
 from softmark.interpreter.exchange.units import Unasked, Units
 from softmark.solvers.mesh.files.flaws import at, components, overlap, twins
 from softmark.solvers.mesh.mesh import Mesh
 
-FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
 FORCES = 20_000  # nodes with forces of their own; a scene of so many takes some 10 s to be checked
 DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
 DUST = 1e-16  # of the greatest force: below what a double keeps beside it
-NEAR = 1e-7  # of the shortest distance between nodes: what is this near to a node's place is the node, and no edge
 WIDE = 100
 ANY_DENSITY = "1000.0 kg/m^3"  # of materials without one, where no result depends on it
 
@@ -66,7 +64,7 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     lines = list(writer.lines())
     mesh = None
     if deck.mesh is None:
-        mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
+        mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets)
     left, turned, taken = tuple(dict.fromkeys(deck.left)), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
     deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
@@ -127,6 +125,7 @@ class _Writer:
     names: set[str] = field(default_factory=set)
     sets: dict[str, Ints] = field(default_factory=dict)
     surfaces: dict[str, Ints] = field(default_factory=dict)
+    node_sets: dict[str, Ints] = field(default_factory=dict)
 
     def name(self, kind: str, told: str) -> str:
         """A name that nothing else has and no word of the language is."""
@@ -148,7 +147,7 @@ class _Writer:
         parts = sorted(deck.parts, key=lambda part: -len(part.cells))
         materials = [self.name("solid", part.name if part.law else "told") for part in parts]
         for name, part in zip(materials, parts, strict=True):
-            yield f"material {name} = {self._law(part.law, part.name, len(part.cells))}"
+            yield f"material {name} = {self._law(part)}"
         unit = self.units.length.text
         kept = ", coincident = keep" if len(self.doubled) else ""
         if kept:
@@ -163,7 +162,7 @@ class _Writer:
             yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
         for own in deck.named:
             region = self.name("group", own.name)
-            (self.surfaces if own.faces else self.sets)[region] = own.members
+            {"cells": self.sets, "faces": self.surfaces, "nodes": self.node_sets}[own.kind][region] = own.members
             yield f"region {region} = group(body, {_quoted(region)})"
         yield ""
         yield from self._acting()
@@ -197,10 +196,12 @@ class _Writer:
                 yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
                        f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
 
-    def _law(self, law: Law | None, part: str, cells: int) -> str:
+    def _law(self, own: Part) -> str:
+        law, part, cells = own.law, own.name, len(own.cells)
         if law is None:
+            why = f" ({own.why})" if own.why else ""
             if self.filled.material is None:
-                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{self._why()}",
+                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{why}",
                               "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
             return _constructor(self.filled.material)
@@ -214,35 +215,23 @@ class _Writer:
             density = self.filled.density
         elif self.deck.static and not self.deck.weights:
             density = ANY_DENSITY
-            self.deck.taken.append(f"the material `{part}` has no density, and nothing of a body at rest without weight "
-                                   f"depends on it: the scene has {ANY_DENSITY} in its place")  # fmt: skip
+            if (how := "a material has no density, and nothing of a body at rest without weight depends on it: the scene "
+                f"has {ANY_DENSITY} in its place") not in self.deck.taken:  # fmt: skip
+                self.deck.taken.append(how)
         else:
             raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
                           "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip
         fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
         return f"{law.word}({', '.join(fields)})"
 
-    def _why(self) -> str:
-        reasons = [f"{own.what}: {own.why}" for own in self.deck.left if own.what.startswith("*") or "material" in
-                   own.what]  # fmt: skip
-        return f" ({reasons[0]})" if reasons else ""
-
     def _hold(self, hold: Hold) -> Iterator[str]:
         faces, alone = self.deck.sides.within(hold.nodes)
-        if len(alone) > FEW:
-            self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)",
-                                       f"{len(alone)} of them are of no face all of whose nodes it holds"))  # fmt: skip
-            return
-        if np.isin(alone, self.doubled).any():
-            self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)", DOUBLED))
-            return
-        where = []
-        if len(faces):
-            region = self.name("at", hold.name)
-            self.surfaces[region] = faces
-            yield f"region {region} = group(body, {_quoted(region)})"
-            where.append(region)
-        where += [self._place(node) for node in alone.tolist()]
+        where = self.name("at", hold.name)
+        if len(alone):
+            self.node_sets[where] = hold.nodes
+        else:
+            self.surfaces[where] = faces
+        yield f"region {where} = group(body, {_quoted(where)})"
         by = [0.0, 0.0, 0.0]
         for c, value in zip(hold.components, hold.values, strict=True):
             by[c] = value
@@ -250,19 +239,11 @@ class _Writer:
         along = "" if hold.components == (0, 1, 2) else f", components = {_axes(hold.components)}"
         vector = f", by = {_vector(by)} {self._unit()}" if moves else ""
         word = "displaced" if moves else "fixed"
-        yield f"support {self.name('held', hold.name)} = {word}(body, where = {' or '.join(where)}{vector}{along})"
+        yield f"support {self.name('held', hold.name)} = {word}(body, where = {where}{vector}{along})"
 
     def _unit(self) -> str:
         number, unit = self.units.length.text.split(" ")
         return unit if number == "1" else f"* {self.units.length.text}"
-
-    def _place(self, node: int) -> str:
-        """A ball around a node that holds no other."""
-        x, y, z = self.deck.points[node].tolist()
-        unit = self.units.of_length
-        apart = " + ".join(f"({axis} - {unit(v)})^2" if v >= 0 else f"({axis} + {unit(-v)})^2" for axis, v in
-                           zip("xyz", (x, y, z), strict=True))  # fmt: skip
-        return f"{apart} <= ({unit(self._near)})^2"
 
     @cached_property
     def doubled(self) -> Ints:
@@ -270,13 +251,6 @@ class _Writer:
         if self.deck.mesh is not None:
             return np.zeros(0, dtype=np.int64)
         return np.unique(twins(self.deck.points, self.deck.cells))
-
-    @cached_property
-    def _near(self) -> float:
-        corners = self.deck.points[self.deck.cells]
-        gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)
-        known = gaps[(gaps > 0.0) & np.isfinite(gaps)]
-        return float(f"{NEAR * float(known.min()):.1e}") if len(known) else NEAR
 
     def _push(self, push: OnFaces) -> Iterator[str]:
         region = self.name("at", push.name)

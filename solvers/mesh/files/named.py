@@ -56,6 +56,9 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
 def _of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
     found = {}
     for name, own in sets.items():
+        if own.nodes is not None:
+            found[name] = Group("nodes", own.nodes, 0, own.foreign)
+            continue
         faces = len(own.faces) or own.corners or own.foreign
         if len(own.cells) or not faces:
             found[name] = Group("cells", own.cells)

@@ -90,6 +90,8 @@ def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]
             known = replace(own, members=groups.turned(own.members, over, mesh.element))
             there = int(groups.facets_in(replace(mesh, groups={name: known}), name).sum())
             found[name] = replace(known, inside=len(known.members) - there)
+        elif own.kind == "nodes":
+            found[name] = replace(own, members=groups.turned_nodes(own.members, over, mesh.element))
     return found
 
 

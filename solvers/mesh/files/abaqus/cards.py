@@ -97,13 +97,15 @@ def read_cards(path: Path) -> Iterator[Card]:
             assert card is not None
             card.options.update(_option(word) for word in words if word)
             open_line = text.endswith(",")
-        elif card is None:
+        elif card is not None:
+            card.lines.append(text)
+        elif text[0].isdigit():  # other words before the first keyword are comments to CalculiX
             raise DeckError(f"{file}:{number}", "data stand before the first keyword, which begins with `*`",
                             "name a deck of Abaqus or CalculiX")  # fmt: skip
-        else:
-            card.lines.append(text)
-    if card is not None:
-        yield _completed(card, source)
+    if card is None:
+        raise DeckError(path.name, "it has no keyword, which is a line that begins with `*`",
+                        "name a deck of Abaqus or CalculiX")  # fmt: skip
+    yield _completed(card, source)
 
 
 def _completed(card: Card, source: _Source) -> Card:

@@ -1,7 +1,8 @@
 """Sets and surfaces of a deck as named groups of its mesh.
 
 Names are those of the assembly (of a flat deck: all names), and `INSTANCE.NAME` of the parts of instances. A set of
-nodes stands for the boundary faces that have all corners in it; nodes that are of no such face count as foreign.
+nodes stands for the boundary faces that have all corners in it, where each of its nodes is of such a face; else it is a
+group of nodes. Nodes of no solid cell count as foreign.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files.abaqus.model import DeckMesh
-from softmark.solvers.mesh.groups import faces_of
+from softmark.solvers.mesh.groups import faces_of, node_members
 from softmark.solvers.mesh.mesh import Ints, Mesh
 
 # corners of the faces S1, S2, ... by the corners of a cell: Abaqus Analysis User's Guide, 28.1.4
@@ -29,12 +30,16 @@ SHELLS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 @dataclass(frozen=True)
 class Members:
-    """Cells (k,), faces (f, 2), corners of facets of other elements, and how many members are none of these."""
+    """Cells (k,), faces (f, 2), corners of facets of other elements, and how many members are none of these.
+
+    `nodes` (k, 2), a cell and the number in it, are those of a set of nodes that are not all of its faces.
+    """
 
     cells: Ints
     faces: Ints
     corners: tuple[Ints, ...] = ()
     foreign: int = 0
+    nodes: Ints | None = None
 
     def with_faces(self, other: Members) -> Members:
         """Return these cells with the faces of others also."""
@@ -102,7 +107,10 @@ class DeckGroups:
         rows = self._facets[chosen[corners].all(axis=1)]
         chosen[rows] = False
         faces, _ = faces_of(self.cells, self.element, rows[:, : self.element.facet.corners])
-        return Members(np.zeros(0, dtype=np.int64), faces, foreign=int(chosen.sum()))
+        none = np.zeros(0, dtype=np.int64)
+        if chosen.any() and len(own := node_members(self.cells, nodes)):
+            return Members(none, np.zeros((0, 2), dtype=np.int64), foreign=len(nodes) - len(own), nodes=own)
+        return Members(none, faces, foreign=int(chosen.sum()))
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,8 @@ class MeshBuilder:
 
     def _ignore(self, card: Card, options: Iterator[str]) -> None:
         for option in options:
-            self.ignored.append(Ignored(f"the option {option} of {card.title}", "it is not read", card.line))
+            what = f"the option {option} of {card.title}" if option.isalnum() else option.strip("`")
+            self.ignored.append(Ignored(what, "it is not read", card.line))
 
     def _node(self, card: Card) -> None:
         self._ignore(card, self.scope.add_nodes(card))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.files.abaqus.cards import SHORTEST, Card, UnsupportedDeck, read_integer, read_number
-from softmark.solvers.mesh.files.abaqus.elements import COUNTS, LINES, cell_of
+from softmark.solvers.mesh.files.abaqus.elements import COUNTS, cell_of
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -120,12 +120,9 @@ class Scope:
             own = _array([read_integer(row[0], card) for row in _joined(card) if row and row[0].isdigit()], card)
         else:
             each = COUNTS[cell] + 1
-            words = [word for row in card.each_row() for word in row if word]
-            if len(words) % each and cell in LINES.values():  # lines of beams may name a node for their direction
-                rows = [row[:each] for row in _joined(card)]
-                words = [word for row in rows for word in row] if all(len(row) == each for row in rows) else words
-            if len(words) % each:
-                raise card.error(f"an element {kind} has a number and {each - 1} nodes")
+            words, further = _element_words(card, each)
+            if further:
+                yield f"`{further} further nodes of {kind}`"
             scoped = any("." in word for word in words) if self.kind == "assembly" else False
             if scoped:  # elements between instances: connectors and springs, no cells
                 own = _array([read_integer(word, card) for word in words[::each]], card)
@@ -175,6 +172,30 @@ class Scope:
             raise card.error(f"the surface `{name[:60]}` is defined twice, first in line {before.card.line}",
                              "give each surface a name of its own")  # fmt: skip
         return None
+
+
+def _element_words(card: Card, each: int) -> tuple[list[str], int]:
+    """Return the words of all elements, so many for each, and how many further ones their lines have.
+
+    An element may go on in the next line. Words after the last node of an element that has one line are ignored, as
+    CalculiX does: the node that directs a beam, or nodes of another type. Raises DeckError.
+    """
+    found: list[str] = []
+    further = 0
+    for row in card.each_row():
+        words = [word for word in row if word]
+        if len(found) % each == 0 and len(words) > each:
+            further += len(words) - each
+            words = words[:each]
+        elif len(found) % each + len(words) > each:
+            raise card.error(f"an element {card.options['TYPE']} has a number and {each - 1} nodes, and one of its lines "
+                             f"has {len(words)} more: `{', '.join(row)[:60]}`",
+                             "write the number and all nodes of each element")  # fmt: skip
+        found += words
+    if len(found) % each:
+        raise card.error(f"an element {card.options['TYPE']} has a number and {each - 1} nodes, and the last has "
+                         f"{len(found) % each - 1} nodes")  # fmt: skip
+    return found, further
 
 
 def _joined(card: Card) -> Iterator[list[str]]:
