@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from softmark.solvers.mesh.files.abaqus.cards import Card, read_number
 
@@ -52,7 +53,7 @@ def read_amplitude(card: Card) -> Amplitude | str:
         times, values = [begin + i * step for i in range(len(numbers))], numbers
     else:
         times, values = numbers[::2], numbers[1::2]
-    if not values or len(times) != len(values) or any(b <= a for a, b in zip(times, times[1:], strict=False)):
+    if not values or len(times) != len(values) or any(b <= a for a, b in pairwise(times)):
         return "its data are not pairs of increasing times and factors"
     total = "".join(card.options.get("TIME", "STEPTIME").upper().split()) == "TOTALTIME"
     return Amplitude(tuple(times), tuple(values), total, kind == "SMOOTHSTEP")

@@ -6,7 +6,7 @@ Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20; Abaqus Analysis
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -193,7 +193,9 @@ class _Reader:
         what = step.other
         if what is None and "PERTURBATION" in step.card.options:
             if number == 0 and step.static is not None:  # linear, and nothing acts before it
-                self.taken.append(f"the step in line {step.card.line} is a perturbation of the body at rest: small strain")
+                self.taken.append(
+                    f"the step in line {step.card.line} is a perturbation of the body at rest: small strain"
+                )
                 return True
             what = step.card
         if what is None:
@@ -297,7 +299,9 @@ class _Reader:
             body.deck.weights += [vector] * (len(whole) // len(body.deck.cells))
             if len(whole) % len(body.deck.cells):
                 card, who = cards[vector]
-                self.left.append(Left(f"GRAV on the set `{who}` once more", "gravity acts on a whole body here", card.line))
+                self.left.append(
+                    Left(f"GRAV on the set `{who}` once more", "gravity acts on a whole body here", card.line)
+                )
 
     def _name_sets(self, body: _Body) -> None:
         """Sets, surfaces and materials that have a name, and that nothing asks for."""
@@ -339,7 +343,7 @@ class _Body:
         table = cells.reshape(own.nodes.shape).astype(np.int64)
         self.deck = Deck(mesh.name, KINDS[cell], mesh.points[used], table, [], left=left)
 
-    def _refuse_others(self, solids: dict[str, object], left: list[Left]) -> None:
+    def _refuse_others(self, solids: Mapping[str, object], left: list[Left]) -> None:
         """Refuse decks whose solids are no body of one kind of cells, and list elements that are no solids."""
         others, name = 0, self.mesh.name
         for kind, (card, many) in self.mesh.kinds.items():

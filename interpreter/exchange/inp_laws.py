@@ -1,7 +1,7 @@
 """Materials of CalculiX and Abaqus that are exactly a law of the language.
 
-Sources: Abaqus Analysis User's Guide, "Hyperelastic behavior of rubberlike materials"; Dhondt, "CalculiX CrunchiX User's
-Manual", version 2.20, *HYPERELASTIC.
+Sources: Abaqus Analysis User's Guide, "Hyperelastic behavior of rubberlike materials"; Dhondt, "CalculiX CrunchiX
+User's Manual", version 2.20, *HYPERELASTIC.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CARDS = NEUTRAL | {
     "CONCRETETENSIONSTIFFENING", "TENSIONSTIFFENING", "SHEARRETENTION", "FAILURERATIOS", "PIEZOELECTRIC",
 }  # fmt: skip
 WHY = {
-    "VISCOELASTIC": "a step at rest has its stiffness at once or in the long run, and the deck does not say which here; "
+    "VISCOELASTIC": "a step at rest has its stiffness at once or in the long run, and which one is not read; "
                     "leave the card out, and write that stiffness as *ELASTIC or *HYPERELASTIC",
     "HYPERFOAM": "no law here has the energy of foam",
     "PLASTIC": "no law here has plasticity",
@@ -36,7 +36,8 @@ WHY = {
 VOID = 1e20  # D2 and D3 from which on their terms are nothing
 NO_D = "D1 is missing or 0, by which Abaqus means no change of volume, and CalculiX a value of its own"
 MORE_D = "D2 and D3 add to the energy of the volume, which no law here has (1e30 leaves them out)"
-NO_MORE_D = "a D2 that is missing or 0 leaves its term out in Abaqus, and CalculiX takes a value of its own (1e30 leaves it out in both)"
+NO_MORE_D = ("a D2 that is missing or 0 leaves its term out in Abaqus, and CalculiX takes a value of its own (1e30 "
+             "leaves it out in both)")  # fmt: skip
 NO_SHEAR = "its shear modulus is not positive"
 FORMS = ("ARRUDA-BOYCE", "MARLOW", "MOONEY-RIVLIN", "NEOHOOKE", "OGDEN", "POLYNOMIAL", "REDUCEDPOLYNOMIAL", "USER",
          "VANDERWAALS", "YEOH")  # fmt: skip
@@ -101,8 +102,10 @@ def _hyperelastic(card: Card) -> Law | str:
     """Return the law of its energy: a part of the shape, and sum (J - 1)^(2i) / D_i of the volume (K = 2 / D_1)."""
     form = next((o for o in card.options if o in FORMS), "POLYNOMIAL")
     if unknown := card.unknown_options(frozenset({"N", form})):
-        why = {"TESTDATAINPUT": "its constants are to be fitted to test data: write the constants",
-               "MODULI": "moduli at once and in the long run are of viscoelastic solids, which are not read"}
+        why = {
+            "TESTDATAINPUT": "its constants are to be fitted to test data: write the constants",
+            "MODULI": "moduli at once and in the long run are of viscoelastic solids, which are not read",
+        }
         return why.get(unknown[0], f"its option {unknown[0]} is not read")
     if form in ("MARLOW", "USER", "VANDERWAALS"):
         return f"no law here has the energy {form}"
@@ -142,18 +145,20 @@ def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> Law | str
     if form == "MOONEY-RIVLIN":  # t1^2 + ... - 3 is the first invariant, and t1^-2 + ... - 3 the second
         if C[0] + C[1] <= 0.0:
             return NO_SHEAR
-        return Law("ogden", {"bulk": bulk}, stress_lists={"mu": (2.0 * C[0], -2.0 * C[1])}, lists={"alpha": (2.0, -2.0)})
+        return Law(
+            "ogden", {"bulk": bulk}, stress_lists={"mu": (2.0 * C[0], -2.0 * C[1])}, lists={"alpha": (2.0, -2.0)}
+        )
     if form in ("YEOH", "REDUCEDPOLYNOMIAL"):
         if C[0] <= 0.0:
             return NO_SHEAR
         return Law("yeoh", {**{f"c{i + 1}": c for i, c in enumerate(C)}, "bulk": bulk})
     if form == "OGDEN":  # 2 mu_i / alpha_i^2 there is mu_i / alpha_i of the language
-        mu, alpha = C[::2], C[1::2]
-        if 0.0 in alpha:
+        moduli, exponents = C[::2], C[1::2]
+        if 0.0 in exponents:
             return "an exponent alpha is 0"
-        if sum(mu) <= 0.0:
+        if sum(moduli) <= 0.0:
             return NO_SHEAR
-        terms = [(2.0 * m / a, a) for m, a in zip(mu, alpha, strict=True) if m != 0.0]
+        terms = [(2.0 * m / a, a) for m, a in zip(moduli, exponents, strict=True) if m != 0.0]
         return Law("ogden", {"bulk": bulk}, stress_lists={"mu": tuple(m for m, _ in terms)},
                    lists={"alpha": tuple(a for _, a in terms)})  # fmt: skip
     return "its energy of the volume is ((J^2 - 1)/2 - ln J)/D, which no law here has"

@@ -105,13 +105,14 @@ class Loads:
             why = WHY.get(unknown[0], "is not read, and the load may mean something else by it")
             why = f"{kind}: {why}" if unknown[0] in WHY else f"{kind} {why}"
             return [Left(f"{card.title} on {len(card.lines)} lines", why, card.line)]
-        factor: float | str = 1.0
+        factor = 1.0
         if (name := card.options.get("AMPLITUDE")) is not None:
-            factor = self.amplitudes.factor(name, self.times)
-            if isinstance(factor, str):
-                return [Left(f"{card.title} on {len(card.lines)} lines", factor, card.line)]
-            self.taken.append(f"{card.title} in line {card.line} has the amplitude `{name}`: the scene has {factor:.12g} "
-                              "times its values, the factor at the end of the step")  # fmt: skip
+            curve = self.amplitudes.factor(name, self.times)
+            if isinstance(curve, str):
+                return [Left(f"{card.title} on {len(card.lines)} lines", curve, card.line)]
+            factor = curve
+            self.taken.append(f"{card.title} in line {card.line} has the amplitude `{name}`: the scene has "
+                              f"{factor:.12g} times its values, the factor at the end of the step")  # fmt: skip
         return [left for row in card.each_row() if row for left in self._row(card, row, factor)]
 
     def _remove_earlier(self, keyword: str) -> None:
@@ -153,7 +154,9 @@ class Loads:
             self._move(row[0], c - 1, value, card)
         if first < 1 or last < first or (last > 3 and (value or last > 6 or first > 3)):
             beyond = first if first < 1 or first > 3 else last
-            why = "it is a temperature or another quantity" if beyond > 6 or beyond < 1 else "nodes of solids do not turn"
+            why = (
+                "it is a temperature or another quantity" if beyond > 6 or beyond < 1 else "nodes of solids do not turn"
+            )
             yield Left(f"direction {beyond} of *BOUNDARY on `{row[0]}`", why, card.line)
 
     def _move(self, who: str, component: int, value: float, card: Card) -> None:

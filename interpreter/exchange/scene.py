@@ -24,6 +24,8 @@ DOUBLED = "some lie where other nodes do, and a scene says single nodes by where
 DUST = 1e-16  # of the greatest force: below what a double keeps beside it
 WIDE = 100
 ANY_DENSITY = "1000.0 kg/m^3"  # of materials without one, where no result depends on it
+NO_DENSITY = ("a material has no density, and nothing of a body at rest without weight depends on it: the scene has "
+              f"{ANY_DENSITY} in its place")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -83,11 +85,11 @@ def _count_pieces(deck: Deck) -> None:
                       "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
     if (place := overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
         where = ", ".join(f"{v:g}" for v in place[0].tolist())
-        raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two of them",
-                      "no body has matter twice at one place: move the pieces apart, or write each to a deck")  # fmt: skip
-    deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the scene "
-                      "joins them, so each needs supports; `contact glue = tied(body)` glues them where they touch, "
-                      "`contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
+                      "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
+    deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the "
+                      "scene joins them, so each needs supports; `contact glue = tied(body)` glues them where they "
+                      "touch, `contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
 
 
 def _turned(deck: Deck, units: Units) -> str | None:
@@ -215,9 +217,8 @@ class _Writer:
             density = self.filled.density
         elif self.deck.static and not self.deck.weights:
             density = ANY_DENSITY
-            if (how := "a material has no density, and nothing of a body at rest without weight depends on it: the scene "
-                f"has {ANY_DENSITY} in its place") not in self.deck.taken:  # fmt: skip
-                self.deck.taken.append(how)
+            if NO_DENSITY not in self.deck.taken:
+                self.deck.taken.append(NO_DENSITY)
         else:
             raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
                           "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip

@@ -119,8 +119,8 @@ def _is_sound(region: Declared, mesh: Mesh) -> None:
         what = "node" if own.kind == "nodes" else "face"
         problem = f"{own.foreign} of {count} members of the group `{name}` are no {what} of a solid cell"
         help = (
-            "name faces of the mesh itself, between the same nodes; halves of the faces of hexahedra, and shells beside "
-            "the body are none"
+            "name faces of the mesh itself, between the same nodes; halves of the faces of hexahedra, and shells "
+            "beside the body are none"
         )
         raise fault("E326", at, problem, own.described, help)
     if own.inside:

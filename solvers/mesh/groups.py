@@ -66,7 +66,10 @@ def _nodes(mesh: Mesh, group: Group) -> Ints:
 
 
 def node_members(cells: Ints, nodes: Ints) -> Ints:
-    """Return for each node (k,) a cell (m, a) that has it and its number there (k, 2); nodes of no cell are left out."""
+    """Return for each node (k,) a cell (m, a) that has it, and its number there (k, 2).
+
+    Nodes of no cell are left out.
+    """
     own, first = np.unique(cells.ravel(), return_index=True)
     place = np.minimum(np.searchsorted(own, nodes), len(own) - 1)
     known = first[place[own[place] == nodes]]
@@ -159,8 +162,9 @@ def refined(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
     normal = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
     off = np.einsum("ctki,si->sctk", sides, normal) - np.einsum("si,si->s", places[:, 0], normal)[:, None, None, None]
     on = (np.abs(off) < ON).all(axis=-1)  # (s, c, t)
-    same = (np.abs(mesh.element.places()[:, None, None] - corners) < ON).all(axis=-1)  # (a, c, b)
-    children = np.array([next(iter(np.argwhere(one)), (-1, -1)) for one in same])  # of each node, and its number there
+    far: Floats = np.abs(mesh.element.places()[:, None, None] - corners).max(axis=-1)  # (a, c, b)
+    # of each node a child that has it, and its number there
+    children = np.array([(np.argwhere(one < ON).tolist() or [(-1, -1)])[0] for one in far])
 
     def carried(group: Group) -> Group:
         if group.kind == "cells":

@@ -90,9 +90,11 @@ def deck_of_parts(chance: random.Random) -> tuple[str, list[str]]:
         instances[name] = part
         lines += [f"*Instance, name={name}, part={part}"]
         if i or chance.random() < 0.5:
-            lines += [f"{chance.choice((0, 2.5))}, {5. * i}, {chance.choice((0, 1))}"]
+            lines += [f"{chance.choice((0, 2.5))}, {5.0 * i}, {chance.choice((0, 1))}"]
             if chance.random() < 0.4:
-                lines += [f"0., {5. * i}, 0., 0., {5. * i}, {chance.choice((1, 2.))}, {chance.choice((90., 30., -45.))}"]
+                lines += [
+                    f"0., {5.0 * i}, 0., 0., {5.0 * i}, {chance.choice((1, 2.0))}, {chance.choice((90.0, 30.0, -45.0))}"
+                ]
         lines += ["*End Instance"]
     words: list[str] = []
     for name, part in instances.items():

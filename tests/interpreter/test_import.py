@@ -106,11 +106,6 @@ def test_laws_that_are_exactly_one_of_ours(card: str, word: str, stresses: dict[
         "*HYPERELASTIC, YEOH\n2., 1., 3., 0.1, 0.2, 0.3",
         "*HYPERELASTIC, OGDEN\n2., 1.3, 0.",
         "*HYPERELASTIC, OGDEN, N=2\n2., 1.3, 1., 3., 0.1, 0.",  # D2 = 0 means two things
-        "*HYPERELASTIC, MOONEY-RIVLIN\n2., -3., 0.1",  # no shear modulus
-        "*HYPERELASTIC, POLYNOMIAL, N=2\n2., 1., 1., 1., 1., 0.1, 0.1",
-        "*HYPERELASTIC, NEO HOOKE, TEST DATA INPUT\n2., 0.1",
-        "*HYPERFOAM\n2., 1., 0.1",
-        "*ELASTIC\n210000., 0.3\n*VISCOELASTIC, TIME=PRONY\n0.1, 0., 1.",
         "*ELASTIC, TYPE=ORTHO\n1., 1., 1., 1., 1., 1., 1., 1.",
         "*ELASTIC\n210000., 0.3\n*PLASTIC\n200., 0.",
     ],

@@ -189,8 +189,9 @@ def two_cubes(second: float) -> str:
            "{0}5, 0, 0, {t}\n{0}6, 10, 0, {t}\n{0}7, 10, 10, {t}\n{0}8, 0, 10, {t}\n"  # fmt: skip
     nodes = cube.format(1, z=0.0, t=10.0) + cube.format(2, z=second, t=second + 10.0)
     return (f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=E\n1, 11, 12, 13, 14, 15, 16, 17, 18\n"
-            "2, 21, 22, 23, 24, 25, 26, 27, 28\n*MATERIAL, NAME=M\n*ELASTIC\n1., 0.\n*SOLID SECTION, ELSET=E, MATERIAL=M\n"
-            "*NSET, NSET=LOW\n11, 12, 13, 14, 21, 22, 23, 24\n*NSET, NSET=HIGH\n15, 16, 17, 18, 25, 26, 27, 28\n"
+            "2, 21, 22, 23, 24, 25, 26, 27, 28\n*MATERIAL, NAME=M\n*ELASTIC\n1., 0.\n"
+            "*SOLID SECTION, ELSET=E, MATERIAL=M\n*NSET, NSET=LOW\n11, 12, 13, 14, 21, 22, 23, 24\n"
+            "*NSET, NSET=HIGH\n15, 16, 17, 18, 25, 26, 27, 28\n"
             "*BOUNDARY\nLOW, 1, 3\n*STEP\n*STATIC\n*CLOAD\nHIGH, 3, 0.25\n*END STEP\n")  # fmt: skip
 
 

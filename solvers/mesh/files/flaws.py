@@ -247,8 +247,8 @@ def _one_piece(mesh: Mesh) -> None:
     if count > 1:
         raise UnreadableMesh(
             f"it falls into {count} parts that share no points, {_told(mesh, part[mesh.cells[:, 0]])}",
-            "E566", "a body is one piece: write each part to a file and declare a body of its own; or `pieces = keep` of "
-        "`mesh(...)`, where contact, a tie or supports hold each piece",
+            "E566", "a body is one piece: write each part to a file and declare a body of its own; or take "
+            "`pieces = keep` in `mesh(...)`, where supports, contact or `tied(...)` hold each piece",
         )  # fmt: skip
 
 

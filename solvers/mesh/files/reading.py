@@ -95,9 +95,7 @@ def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]
     return found
 
 
-def read_surface(
-    path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse"
-) -> tuple[Floats, Ints]:
+def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse") -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
 
     Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.

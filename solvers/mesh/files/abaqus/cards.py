@@ -11,13 +11,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
-
-if TYPE_CHECKING:
-    from softmark.solvers.mesh.files.abaqus.scopes import Scope
 
 DEPTH = 10  # files that include each other
 REPEATED = 1 << 24  # bytes of files that are included once more
@@ -53,7 +50,7 @@ class Card:
     line: int
     options: dict[str, str] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
-    scope: Scope | None = None  # what it stands in, once a model has taken it
+    scope: Any = None  # the part, instance or assembly (scopes.py) that it stands in, once a model has taken it
 
     @property
     def place(self) -> str:

@@ -81,7 +81,8 @@ class Space:
         return self._global(kind, begin + np.flatnonzero((own - first) % step == 0))
 
     def _global(self, kind: Kind, place: Ints) -> Ints:
-        return self.first_node + place if kind == "nodes" else self.element_order[place]
+        found: Ints = self.first_node + place if kind == "nodes" else self.element_order[place]
+        return found
 
 
 @dataclass
@@ -95,7 +96,8 @@ class Cells:
     def rows_of(self, elements: Ints) -> Ints:
         """Return the places here (k,) of those elements of the model that are among these, in their order."""
         place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
-        return place[self.elements[place] == elements]
+        found: Ints = place[self.elements[place] == elements]
+        return found
 
 
 class MeshBuilder:
@@ -184,8 +186,9 @@ class MeshBuilder:
             scopes = (self.assembly, parts[0])
         elif not self.spaces and parts:
             raise DeckError(name, f"it has {len(parts)} parts, and no *INSTANCE places them", "add the assembly")
-        return DeckMesh(name, [Space("", scopes), *self.spaces], self.assembly.name, self.ignored,
-                        [part.name for part in parts if self.spaces and not any(part is own for s in self.spaces for own in s.scopes)])  # fmt: skip
+        placed = [id(own) for space in self.spaces for own in space.scopes]
+        unplaced = [part.name for part in parts if self.spaces and id(part) not in placed]
+        return DeckMesh(name, [Space("", scopes), *self.spaces], self.assembly.name, self.ignored, unplaced)
 
 
 def _placement(card: Card) -> tuple[Floats | None, Floats | None]:
@@ -214,7 +217,9 @@ class DeckMesh:
     `points` (n, 3) in the deck's unit; `cells` by cell type; `kinds` the element types with the first card of each.
     """
 
-    def __init__(self, name: str, spaces: list[Space], assembly: str, ignored: list[Ignored], unplaced: list[str]) -> None:
+    def __init__(
+        self, name: str, spaces: list[Space], assembly: str, ignored: list[Ignored], unplaced: list[str]
+    ) -> None:
         self.name, self.spaces, self.assembly, self.ignored, self.unplaced = name, spaces, assembly, ignored, unplaced
         self.cells: dict[str, Cells] = {}
         self.kinds: dict[str, tuple[Card, int]] = {}
@@ -222,11 +227,13 @@ class DeckMesh:
         self._spent = 0
         self.taken: dict[str, None] = {}  # how names were understood that can be understood otherwise
         self._by_name = {space.name.upper(): space for space in spaces[1:]}
-        points, count = [], 0
+        points: list[Floats] = []
+        count = nodes = 0
         for space in spaces:
             own = _place_nodes(space)
-            space.first_node = sum(map(len, points))
+            space.first_node = nodes
             points.append(own)
+            nodes += len(own)
             count = self._number_elements(space, count)
         self.points: Floats = np.concatenate(points)
         self.elements = count
@@ -312,7 +319,9 @@ class DeckMesh:
 
     def members(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> Ints:
         """Return the nodes or elements (k,) of the model that a set or a number means, sorted. Raises DeckError."""
-        found = [self._members_in(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)]
+        found = [
+            self._members_in(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)
+        ]
         return found[0] if len(found) == 1 else np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
     def _members_in(self, space: Space, kind: Kind, word: str, card: Card, above: tuple[int, ...]) -> Ints:

@@ -188,8 +188,8 @@ def _element_words(card: Card, each: int) -> tuple[list[str], int]:
             further += len(words) - each
             words = words[:each]
         elif len(found) % each + len(words) > each:
-            raise card.error(f"an element {card.options['TYPE']} has a number and {each - 1} nodes, and one of its lines "
-                             f"has {len(words)} more: `{', '.join(row)[:60]}`",
+            raise card.error(f"an element {card.options['TYPE']} has a number and {each - 1} nodes, and one of its "
+                             f"lines has {len(words)} more: `{', '.join(row)[:60]}`",
                              "write the number and all nodes of each element")  # fmt: skip
         found += words
     if len(found) % each:
@@ -226,5 +226,5 @@ def _ranges(card: Card) -> Iterator[tuple[int, int, int]]:
             step = 1
         if step < 1 or last < first:
             raise card.error(f"the range {first} to {last} by {step} of a set is empty",
-                             "a range has a first number, a last one that is not smaller, and a positive step")  # fmt: skip
+                             "a range has a first number, a last one not below it, and a positive step")  # fmt: skip
         yield first, last, step
