@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.files.abaqus_sets import sides_of
+from softmark.solvers.mesh.files.abaqus.groups import sides_of
 from softmark.solvers.mesh.groups import same_rows
 
 Ints = NDArray[np.int64]

@@ -6,309 +6,258 @@ Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20; Abaqus Analysis
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from softmark.interpreter.exchange import inp_laws, sets
-from softmark.interpreter.exchange.cards import AGAIN, Card, cards, number, whole
+from softmark.interpreter.exchange.amplitudes import Amplitudes, StepTimes, read_amplitude
 from softmark.interpreter.exchange.loads_of import Loads
-from softmark.interpreter.exchange.mesh_file import TYPES
-from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
+from softmark.interpreter.exchange.record import Deck, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.references.measured import Unreadable
-from softmark.solvers.elements import element_of
+from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.mesh.files.abaqus.cards import Card, DeckError, UnsupportedDeck, read_cards, read_number
+from softmark.solvers.mesh.files.abaqus.elements import cell_of
+from softmark.solvers.mesh.files.abaqus.model import DeckMesh, MeshBuilder
 
-KINDS = {word: (kind, element_of(kind).nodes) for kind, word in TYPES.items()}
+KINDS = {ELEMENTS[kind].meshio: kind for kind in ("tet4", "tet10", "hex8", "hex20")}
+PLAIN = {"tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8", "hexahedron20": "C3D20"}
 SILENT = frozenset({
-    "HEADING", "PREPRINT", "END PART", "END ASSEMBLY", "END INSTANCE", "ASSEMBLY", "AMPLITUDE",
-    "NODE PRINT", "NODE FILE", "NODE OUTPUT", "EL PRINT", "EL FILE", "ELEMENT OUTPUT", "OUTPUT", "RESTART", "CONTROLS",
-    "CONTACT PRINT", "CONTACT FILE", "SECTION PRINT", "FILE FORMAT", "MONITOR", "ENERGY PRINT", "ENERGY FILE",
+    "HEADING", "PREPRINT", "NODEPRINT", "NODEFILE", "NODEOUTPUT", "ELPRINT", "ELFILE", "ELEMENTOUTPUT", "OUTPUT",
+    "RESTART", "CONTROLS", "CONTACTPRINT", "CONTACTFILE", "CONTACTOUTPUT", "SECTIONPRINT", "SECTIONFILE", "FILEFORMAT",
+    "FILEOUTPUT", "MONITOR", "ENERGYPRINT", "ENERGYFILE", "ENERGYOUTPUT", "INTEGRATEDOUTPUT", "PRINT", "NODALENERGY",
+    "SOLVERCONTROLS", "DIAGNOSTICS", "SYSTEM",
 })  # fmt: skip
-OTHERWISE = {  # what makes other cards mean something else: nothing can be carried over around it
+OTHERWISE = {  # cards by which other cards mean something else: nothing can be carried over beside them
     "TRANSFORM": "its supports and forces are in other directions at some nodes",
-    "SYSTEM": "its coordinates are in another frame",
-    **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP"), "its nodes are made by rules"),
-    **dict.fromkeys(("ELGEN", "ELCOPY"), "its elements are made by rules"),
     "SUBMODEL": "it is a part of another model",
 }  # fmt: skip
+WHY = {  # of cards that are common and have no reader
+    "TIE": "it glues surfaces: `contact glue = tied(body)` glues pieces where they lie on each other",
+    "CONTACTPAIR": "contact is declared by hand: `contact c = itself(body)` of pieces of one body",
+    "CONTACT": "contact is declared by hand: `contact c = itself(body)` of pieces of one body",
+    "COUPLING": "no support or load here is passed on from a reference point",
+    "RIGIDBODY": "no support or load here is passed on from a reference point",
+    "MPC": "no scene has equations between nodes",
+    "EQUATION": "no scene has equations between nodes",
+    "TEMPERATURE": "no scene has temperatures",
+    "INITIALCONDITIONS": "a scene begins without stress, at rest",
+    "SHELLSECTION": "only solids are cells of a body",
+    "BEAMSECTION": "only solids are cells of a body",
+    "MEMBRANESECTION": "only solids are cells of a body",
+}  # fmt: skip
 OTHER_STEPS = frozenset({
-    "DYNAMIC", "FREQUENCY", "BUCKLE", "MODAL DYNAMIC", "HEAT TRANSFER", "COUPLED TEMPERATURE-DISPLACEMENT", "VISCO",
-    "STEADY STATE DYNAMICS", "UNCOUPLED TEMPERATURE-DISPLACEMENT", "COMPLEX FREQUENCY", "GREEN", "SENSITIVITY",
+    "DYNAMIC", "FREQUENCY", "BUCKLE", "MODALDYNAMIC", "HEATTRANSFER", "COUPLEDTEMPERATURE-DISPLACEMENT", "VISCO",
+    "STEADYSTATEDYNAMICS", "UNCOUPLEDTEMPERATURE-DISPLACEMENT", "COMPLEXFREQUENCY", "GREEN", "SENSITIVITY",
+    "COUPLEDTHERMAL-ELECTRIC", "SOILS", "GEOSTATIC", "MASSDIFFUSION", "RANDOMRESPONSE", "RESPONSESPECTRUM",
+    "SUBSTRUCTUREGENERATE", "ANNEAL", "DIRECTCYCLIC", "ELECTROMAGNETICS", "CFD", "CRACKPROPAGATION",
+    "FEASIBLEDIRECTION",
 })  # fmt: skip
+STATIC_OPTIONS = frozenset({"DIRECT", "SOLVER", "ALLSDTOL", "CONTINUE", "EXPLICIT", "TIMERESET", "TOTALTIMEATSTART"})
+SECTION_OPTIONS = frozenset({"ELSET", "MATERIAL", "CONTROLS"})
 ONLY_C3D8 = "C3D8 is integrated in full, as CalculiX has it; Abaqus takes the mean of the change of volume"
-LIMIT = 5_000_000  # numbers of a set
-SPENT = 10 * LIMIT  # numbers of all sets as often as they are named
-
-
-@dataclass
-class _Sets:
-    """Sets of numbers by name, whose members may be sets."""
-
-    own: dict[str, list[str]] = field(default_factory=dict)
-    known: dict[str, list[int]] = field(default_factory=dict)  # once all is read
-    spent: int = 0
-
-    def numbers(self, name: str, card: Card, above: tuple[str, ...] = ()) -> list[int]:
-        """Of a set, or of the number itself. Raises Unreadable."""
-        if name.isascii() and name.isdigit():
-            return [whole(name, card)]
-        key = _key(name)
-        if key in self.known:
-            return self._spend(self.known[key], card)
-        if key not in self.own or key in above or len(above) > 50:
-            why = "contains itself" if key in self.own else "is nowhere defined"
-            raise Unreadable(f"{card.file}:{card.line}", f"the set `{name[:60]}` {why}", AGAIN)
-        found: list[int] = []
-        for word in self.own[key]:
-            found += self.numbers(word, card, (*above, key))
-            if len(found) > LIMIT:
-                raise Unreadable(f"{card.file}:{card.line}", f"the set `{name[:60]}` has too many members", AGAIN)
-        self.known[key] = list(dict.fromkeys(found))
-        return self._spend(self.known[key], card)
-
-    def _spend(self, found: list[int], card: Card) -> list[int]:
-        self.spent += len(found)
-        if self.spent > SPENT:
-            raise Unreadable(f"{card.file}:{card.line}", "its sets are named too often for their size", AGAIN)
-        return found
-
-
-def _key(name: str) -> str:
-    """Names are alike in either case, and those of an instance are those of its part."""
-    return name.rpartition(".")[2].upper()
+ACTING = frozenset({"BOUNDARY", "CLOAD", "DLOAD", "DSLOAD"})
 
 
 def read(path: Path) -> Deck:
-    """A deck. Raises Unreadable, Foreign."""
-    reader = _Reader()
-    for card in cards(path):
-        reader.take(card)
-    return reader.deck(path)
+    """Return what a deck says. Raises Unreadable, Foreign."""
+    try:
+        builder, reader = MeshBuilder(), _Reader()
+        for card in read_cards(path):
+            scoped = replace(card, scope=builder.scope)
+            if not builder.take(card):
+                reader.take(scoped)
+        return reader.deck(builder.finish(path.name))
+    except UnsupportedDeck as error:
+        raise Foreign(f"{error.place}: {error.reason}", error.remedy or "") from None
+    except DeckError as error:
+        raise Unreadable(error.place, error.reason, error.remedy or "") from None
+
+
+@dataclass
+class _Step:
+    """A step: its cards, what kind of analysis it is, and how long it is."""
+
+    card: Card
+    cards: list[Card] = field(default_factory=list)
+    other: Card | None = None  # a card of another analysis than one at rest
+    static: Card | None = None
+    ended: bool = False
+
+    @property
+    def period(self) -> float:
+        """The time from its begin to its end."""
+        rows = self.static.rows if self.static is not None else []
+        word = rows[0][1] if rows and len(rows[0]) > 1 else ""
+        value = read_number(word, self.static) if word and self.static is not None else 0.0
+        return value if value > 0.0 else 1.0
+
+    @property
+    def finite(self) -> bool:
+        """Whether it follows large displacements."""
+        told = self.card.options.get("NLGEOM")
+        return told is not None and (told or "YES").upper() not in ("NO", "OFF")
 
 
 class _Reader:
-    """What cards say, in their order."""
+    """Takes cards that do not define the mesh, in their order, and puts them together with it."""
 
     def __init__(self) -> None:
-        self.points: dict[int, tuple[float, float, float]] = {}
-        self.elements: dict[str, list[int]] = {}  # by kind: number, nodes, number, nodes, ...
-        self.types: set[str] = set()
-        self.nsets, self.elsets = _Sets(), _Sets()
-        self.surfaces: dict[str, tuple[Card, list[tuple[str, str]]]] = {}
-        self.materials: dict[str, inp_laws.Told] = {}
-        self.material: inp_laws.Told | None = None
-        self.sections: list[tuple[Card, str, str]] = []
-        self.loads = Loads()
-        self.before: Loads | None = None
-        self.other_step: Card | None = None
-        self.open: Card | None = None  # a step that has not ended
-        self.finite = self.static = False
-        self.steps = self.instances = 0
+        self.materials: dict[str, inp_laws.MaterialCards] = {}
+        self.material: inp_laws.MaterialCards | None = None
+        self.sections: list[Card] = []
+        self.before: list[Card] = []  # what acts in all steps
+        self.steps: list[_Step] = []
+        self.amplitudes = Amplitudes({})
         self.left: list[Left] = []
-        self.shells = 0
-        self.known: dict[str, Callable[[Card], None]] = {
-            "NODE": self._node, "ELEMENT": self._element, "NSET": self._set, "ELSET": self._set,
-            "SURFACE": self._surface, "MATERIAL": self._material, "SOLID SECTION": self._section, "STEP": self._step,
-            "STATIC": self._static, "END STEP": self._end, "INSTANCE": self._instance, "PART": lambda card: None,
-            "BOUNDARY": self._act, "CLOAD": self._act, "DLOAD": self._act, "DSLOAD": self._act,
-        }  # fmt: skip
+        self.loads = Loads()
+        self.finite = self.static = False
+        self.taken: list[str] = []
 
     def take(self, card: Card) -> None:
-        """One more card. Raises Unreadable, Foreign."""
+        """Take one more card. Raises DeckError, Foreign."""
+        step = self.steps[-1] if self.steps and not self.steps[-1].ended else None
         if card.keyword in OTHERWISE:
-            raise Foreign(f"*{card.keyword} in line {card.line}: {OTHERWISE[card.keyword]}",
-                          "write the deck without: one part, nodes and elements one by one, in one frame")  # fmt: skip
-        if card.keyword in self.known:
-            if card.keyword not in ("NSET", "ELSET", "NODE", "ELEMENT"):
-                self.material = None
-            self.known[card.keyword](card)
-        elif card.keyword in inp_laws.CARDS and self.material is not None:
+            raise Foreign(f"{card.title} in line {card.line}: {OTHERWISE[card.keyword]}",
+                          "write the deck without: supports and forces along x, y and z")  # fmt: skip
+        if card.keyword in inp_laws.CARDS and self.material is not None:
             self.material.cards.append(card)
+            return
+        if card.keyword not in SILENT:
+            self.material = None
+        if card.keyword == "MATERIAL":
+            self.material = inp_laws.MaterialCards(card, [])
+            self.materials[card.options.get("NAME", "").upper()] = self.material
+        elif card.keyword == "SOLIDSECTION":
+            self._section(card)
+        elif card.keyword == "AMPLITUDE":
+            self.amplitudes = Amplitudes({**self.amplitudes.curves, card.options.get("NAME", "").upper():
+                                          read_amplitude(card)})  # fmt: skip
+        elif card.keyword == "STEP":
+            if step is not None:
+                raise step.card.error("the step that begins here has no *END STEP")
+            self.steps.append(_Step(card))
+        elif card.keyword == "ENDSTEP" and step is not None:
+            step.ended = True
+        elif card.keyword in ACTING:
+            (step.cards if step is not None else self.before).append(card)
+        elif card.keyword == "STATIC" and step is not None:
+            self._static(card, step)
         elif card.keyword in OTHER_STEPS:
-            self.other_step = card
+            if step is not None:
+                step.other = card
+            else:
+                self.left.append(Left(card.title, "it stands in no step", card.line))
         elif card.keyword not in SILENT:
-            self.left.append(Left(f"*{card.keyword}", "no reader for it", card.line))
-
-    def _node(self, card: Card) -> None:
-        if "SYSTEM" in card.options or "INPUT" in card.options:
-            raise Foreign(f"*NODE in line {card.line} has its nodes elsewhere, or in another frame",
-                          "write one deck with Cartesian coordinates")  # fmt: skip
-        for row in card.rows:
-            words = [w for w in row if w]
-            if not 1 <= len(words) <= 4:
-                raise Unreadable(f"{card.file}:{card.line}", "a node has a number and three coordinates", AGAIN)
-            x, y, z = (*(number(w, card) for w in words[1:]), 0.0, 0.0, 0.0)[:3]
-            if self.points.setdefault(whole(words[0], card), (x, y, z)) != (x, y, z):
-                raise Unreadable(f"{card.file}:{card.line}", f"two nodes are called {words[0]}, in two places", AGAIN)
-        if "NSET" in card.options:
-            self.nsets.own.setdefault(_key(card.options["NSET"]), []).extend(row[0] for row in card.rows)
-
-    def _element(self, card: Card) -> None:
-        kind = card.options.get("TYPE", "").upper()
-        plain = next((k for k in KINDS if kind.startswith(k) and not kind[len(k) :][:1].isdigit()), None)
-        if plain is None:
-            if kind.startswith("C3D"):
-                raise Foreign(f"{kind} in line {card.line} are cells that no model here has",
-                              "cells are tetrahedra of 4 or 10 nodes or hexahedra of 8 or 20")  # fmt: skip
-            many = sum(1 for row in card.rows if row and row[0])
-            self.shells += many
-            self.left.append(
-                Left(f"{many} elements {kind or '*ELEMENT'}", "only solids are cells of a body", card.line)
-            )
-            return
-        if kind != plain and kind not in self.types:
-            self.left.append(Left(kind, f"is taken as {plain}, integrated in full, without what makes it another",
-                                  card.line))  # fmt: skip
-        self.types.add(kind)
-        each = KINDS[plain][1] + 1
-        flat = [whole(w, card) for row in card.rows for w in row if w]
-        if len(flat) % each:
-            raise Unreadable(f"{card.file}:{card.line}", f"an element {kind} has a number and {each - 1} nodes", AGAIN)
-        self.elements.setdefault(plain, []).extend(flat)
-        if "ELSET" in card.options:
-            self.elsets.own.setdefault(_key(card.options["ELSET"]), []).extend(map(str, flat[::each]))
-
-    def _set(self, card: Card) -> None:
-        name = card.options.get(card.keyword)
-        if name is None or (card.keyword == "NSET" and "ELSET" in card.options):
-            self.left.append(Left(f"*{card.keyword}", "only sets by a name and members are read", card.line))
-            return
-        own = (self.nsets if card.keyword == "NSET" else self.elsets).own.setdefault(_key(name), [])
-        for row in card.rows:
-            words = [w for w in row if w]
-            own += _generated(words, card) if "GENERATE" in card.options else words
-
-    def _surface(self, card: Card) -> None:
-        if card.options.get("TYPE", "ELEMENT").upper() != "ELEMENT" or "NAME" not in card.options:
-            self.left.append(Left("*SURFACE", "only surfaces of elements with a name are read", card.line))
-            return
-        rows = [(row[0], row[1].upper() if len(row) > 1 else "") for row in card.rows if row and row[0]]
-        self.surfaces[_key(card.options["NAME"])] = (card, rows)
-
-    def _material(self, card: Card) -> None:
-        self.material = inp_laws.Told(card, [])
-        self.materials[card.options.get("NAME", "").upper()] = self.material
+            self.left.append(Left(card.title, WHY.get(card.keyword, "no reader for it"), card.line))
 
     def _section(self, card: Card) -> None:
-        for option in ("ORIENTATION", "COMPOSITE"):
-            if option in card.options:
-                self.left.append(Left(f"{option} of *SOLID SECTION", "directions are not read", card.line))
-        self.sections.append((card, card.options.get("ELSET", ""), card.options.get("MATERIAL", "").upper()))
+        for option in card.unknown_options(SECTION_OPTIONS):
+            why = {"ORIENTATION": "directions of a material are not read",
+                   "COMPOSITE": "layers of a section are not read"}.get(option, "it is not read")  # fmt: skip
+            self.left.append(Left(f"{option} of *SOLID SECTION", why, card.line))
+        self.sections.append(card)
 
-    def _instance(self, card: Card) -> None:
-        self.instances += 1
-        if self.instances > 1 or any(any(row) for row in card.rows):
-            raise Foreign(f"*INSTANCE in line {card.line}: several parts, or a part that is moved",
-                          "write a flat deck of one part where it lies")  # fmt: skip
-
-    def _step(self, card: Card) -> None:
-        self.steps += 1
-        self._ended()
-        self.open = card
-        self.before, self.other_step = self.loads, None
-        self.loads = self.loads.copied()
-        if "PERTURBATION" in card.options:
-            self.other_step = card
-        if card.options.get("NLGEOM", "NO" if "NLGEOM" not in card.options else "YES").upper() != "NO":
-            self.finite = True
-
-    def _static(self, card: Card) -> None:
-        self.static = True
+    def _static(self, card: Card, step: _Step) -> None:
+        step.static = card
         if "RIKS" in card.options:
-            self.left.append(Left("RIKS of *STATIC", "`static(path = arc_length)` would follow it", card.line))
+            self.left.append(Left("RIKS of *STATIC", "the end of such a step is where it stops, not the whole load; "
+                                  "`static(path = arc_length)` would follow it", card.line))  # fmt: skip
+        for option in card.unknown_options(STATIC_OPTIONS | {"RIKS"}):
+            self.left.append(Left(f"{option} of *STATIC", "the scene is solved without it", card.line))
 
-    def _ended(self) -> None:
-        """Raises Unreadable in a step: what would have followed may be loads."""
-        if self.open is not None:
-            raise Unreadable(f"{self.open.file}:{self.open.line}", "the step that begins here has no *END STEP", AGAIN)
+    # -------------------------------------------------------------- steps
 
-    def _end(self, card: Card) -> None:
-        self.open = None
-        if self.other_step is not None and self.before is not None:
-            what, self.loads = self.other_step, self.before
-            self.left.append(Left(f"a step of *{what.keyword}", "only steps of *STATIC are carried over", what.line))
+    def _follow_steps(self) -> None:
+        """Add up what acts at the end of the last step at rest. Raises DeckError."""
+        if self.steps and not self.steps[-1].ended:
+            raise self.steps[-1].card.error("the step that begins here has no *END STEP")
+        kept = [step for i, step in enumerate(self.steps) if self._is_kept(step, i)]
+        total = sum(step.period for step in kept) or 1.0
+        self.loads = Loads(self.amplitudes, StepTimes(0.0, total))
+        for card in self.before:
+            self.left += self.loads.take(card)
+        for step in kept:
+            self.finite |= step.finite and "PERTURBATION" not in step.card.options
+            self.static |= step.static is not None
+            self.loads = self.loads.in_next_step(StepTimes(step.period, total))
+            for card in step.cards:
+                self.left += self.loads.take(card)
+        if len(self.steps) > 1:
+            self.taken.append(f"of {len(self.steps)} steps the scene has what acts at the end of the last of *STATIC")
+        self.taken += self.loads.taken
 
-    def _act(self, card: Card) -> None:
-        self.left += self.loads.take(card)
+    def _is_kept(self, step: _Step, number: int) -> bool:
+        what = step.other
+        if what is None and "PERTURBATION" in step.card.options:
+            if number == 0 and step.static is not None:  # linear, and nothing acts before it
+                self.taken.append(
+                    f"the step in line {step.card.line} is a perturbation of the body at rest: small strain"
+                )
+                return True
+            what = step.card
+        if what is None:
+            return True
+        kind = what.title if what is step.other else "PERTURBATION"
+        self.left.append(Left(f"a step of {kind}", "only steps of *STATIC are carried over", what.line))
+        return False
 
     # -------------------------------------------------------------- together
 
-    def deck(self, path: Path) -> Deck:
-        """All of it. Raises Unreadable, Foreign."""
-        self._ended()
-        kind, numbers, cells = self._cells(path)
-        used, cells = np.unique(cells, return_inverse=True)
-        cells = cells.reshape(len(numbers), -1).astype(np.int64)
-        place = {n: i for i, n in enumerate(used.tolist())}
-        if missing := [n for n in place if n not in self.points]:
-            raise Unreadable(path.name, f"an element has the node {missing[0]}, which is nowhere", AGAIN)
-        points: Floats = np.array([self.points[n] for n in place], dtype=np.float64)
-        found = Deck(path.name, kind, points, cells, [], static=self.static, left=self.left)
-        index = {n: i for i, n in enumerate(numbers)}
-        found.parts = list(self._parts(found, index))
-        found.strain = "finite" if self.finite or any(_rubber(p.law) for p in found.parts) else "small"
+    def deck(self, mesh: DeckMesh) -> Deck:
+        """Return all of it together. Raises DeckError, Foreign."""
+        self._follow_steps()
+        body = _Body(mesh, self.left)
+        found = body.deck
+        found.static = self.static
+        found.parts = list(self._parts(body))
+        found.strain = "finite" if self.finite or any(_is_rubber(p.law) for p in found.parts) else "small"
         if found.strain == "finite":
             found.parts = [inp_laws.in_finite_strain(part) for part in found.parts]
-        self._said(found)
-        self._acting(found, place, index)
-        self._sets(found, place, index)
+        found.left += [Left(own.what, own.why, own.line) for own in mesh.ignored]
+        found.left += [Left(f"the part `{name[:60]}`", "no instance places it") for name in mesh.unplaced]
+        self._explain(found)
+        self._act(body)
+        self._name_sets(body)
+        found.taken += mesh.taken
         return found
 
-    def _sets(self, found: Deck, place: dict[int, int], index: dict[int, int]) -> None:
-        """Sets, surfaces and materials that have a name, and that nothing asks for."""
-        asked, surfaces = self.loads.asked()
-        used = {_key(who) for who in asked} | {_key(elset) for _, elset, _ in self.sections}
-        used |= {_key(who) for key in surfaces for who, _ in self.surfaces.get(_key(key), (None, []))[1]}
-        for word, known, number_of, take in (("ELSET", self.elsets, index, sets.of_cells),
-                                             ("NSET", self.nsets, place, sets.of_nodes)):  # fmt: skip
-            for name in (own for own in known.own if own not in used):
-                own = known.numbers(name, Card(word, {}, [], 0, found.title))
-                take(found, name, np.array(sorted({number_of[n] for n in own if n in number_of}), dtype=np.int64))
-        elements, loaded = self._elements(found, index), {_key(key) for key in surfaces}
-        for name, (card, _) in self.surfaces.items():
-            if name not in loaded:
-                sets.of_faces(found, name, self._faces(name, "", card, elements, found))
-        for name, told in self.materials.items():
-            if name not in {material for _, _, material in self.sections}:
-                found.left.append(Left(f"the material `{name[:60]}`", "no cells are made of it", told.card.line))
-
-    def _cells(self, path: Path) -> tuple[str, list[int], Ints]:
-        if not self.elements:
-            words = f" ({self.shells} elements of other kinds)" if self.shells else ""
-            raise Foreign(f"{path.name} has no tetrahedra and no hexahedra{words}",
-                          "decks of solids are carried over: C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
-        if len(self.elements) > 1:
-            raise Foreign(f"{path.name} has several kinds of cells: {', '.join(sorted(self.elements))}",
-                          "a model here has cells of one kind: write one deck for each")  # fmt: skip
-        ((plain, flat),) = self.elements.items()
-        kind, many = KINDS[plain]
-        table = np.array(flat, dtype=np.int64).reshape(-1, many + 1)
-        numbers = table[:, 0].tolist()
-        if not numbers or len(set(numbers)) < len(numbers):
-            raise Unreadable(path.name, "two elements have one number, or there are none", AGAIN)
-        return kind, numbers, table[:, 1:]
-
-    def _parts(self, found: Deck, index: dict[int, int]) -> Iterator[Part]:
-        owner = np.full(len(found.cells), -1)
-        named: list[tuple[str, Law | None]] = []
-        for card, elset, material in self.sections:
-            which = [index[n] for n in self.elsets.numbers(elset, card) if n in index]
-            if not which:
+    def _parts(self, body: _Body) -> Iterator[Part]:
+        owner = np.full(len(body.deck.cells), -1)
+        named: list[str] = []
+        laws: dict[str, tuple[Law | None, str]] = {}  # of each material, or why there is none
+        for card in self.sections:
+            elset, material = card.options.get("ELSET", ""), card.options.get("MATERIAL", "").upper()
+            if not elset:
+                raise card.error("*SOLID SECTION names no set of elements: ELSET=NAME", "add the set")
+            if not len(which := body.cells(elset, card)):
                 continue
             owner[which] = len(named)
-            told = self.materials.get(material)
-            if told is None:
-                found.left.append(Left(f"the material `{material}`", "it is nowhere defined", card.line))
-            named.append((material or elset, inp_laws.law(told, found.left) if told else None))
-        for i, (name, law) in enumerate(named):
-            if len(own := np.flatnonzero(owner == i)):
-                yield Part(name, own, law)
+            if material not in laws:
+                laws[material] = self._law(material, card)
+            named.append(material)
+        for name, law in laws.items():
+            if len(own := np.flatnonzero(np.isin(owner, [i for i, told in enumerate(named) if told == name]))):
+                yield Part(name, own, *law)
         if len(rest := np.flatnonzero(owner == -1)):
-            yield Part("rest", rest, None)
+            why = f"no *SOLID SECTION has them: the first is {body.mesh.describe_element(int(body.elements[rest[0]]))}"
+            self.left.append(Left(f"the material of {len(rest)} cells", why))
+            yield Part("rest", rest, None, why)
 
-    def _said(self, found: Deck) -> None:
+    def _law(self, material: str, card: Card) -> tuple[Law | None, str]:
+        """Return the law of a material, or why there is none. Raises DeckError."""
+        if (told := self.materials.get(material)) is None:
+            why = f"the material `{material[:60]}` is not defined" if material else "its section names no material"
+            self.left.append(Left(f"the material `{material[:60]}`", "it is not defined", card.line))
+            return None, why
+        before = len(self.left)
+        law = inp_laws.law(told, self.left)
+        reason = self.left[-1] if law is None and len(self.left) > before else None
+        return law, f"{reason.what}: {reason.why}" if reason is not None else ""
+
+    def _explain(self, found: Deck) -> None:
         laws = [p.law for p in found.parts if p.law is not None]
         if found.strain == "finite" and any(law.word == "st_venant_kirchhoff" for law in laws):
             found.taken.append("*ELASTIC with NLGEOM is the law of St Venant and Kirchhoff, as CalculiX has it; Abaqus "
@@ -317,66 +266,155 @@ class _Reader:
             found.taken.append("*HYPERELASTIC without NLGEOM is of finite strain, as CalculiX has it")
         if found.kind == "hex8":
             found.taken.append(ONLY_C3D8)
-        if self.steps > 1:
-            found.taken.append(f"of {self.steps} steps the scene has what acts at the end of the last of *STATIC")
+        found.taken += self.taken
 
-    def _acting(self, found: Deck, place: dict[int, int], index: dict[int, int]) -> None:
-        def nodes(name: str, card: Card) -> Ints:
-            asked = self.nsets.numbers(name, card)
-            own = np.array(sorted({place[n] for n in asked if n in place}), dtype=np.int64)
-            if lost := len({n for n in asked if n not in place}):
-                found.left.append(Left(f"*{card.keyword} on {lost} nodes", "they are of no cell", card.line))
-            return own
-
-        elements = self._elements(found, index)
-        found.holds = self.loads.holds(nodes)
-        found.forces = self.loads.forces(nodes)
+    def _act(self, body: _Body) -> None:
+        found = body.deck
+        found.holds = self.loads.holds(body.nodes)
+        found.forces = self.loads.forces(body.nodes)
         for press in self.loads.presses:
-            faces = self._faces(press.who, press.label, press.card, elements, found)
+            faces = (body.surface(press.who, press.card) if press.card.keyword == "DSLOAD" else
+                     body.sides([(body.cells(press.who, press.card), press.label, press.who)], press.card))  # fmt: skip
             border = faces[found.sides.border.reshape(len(found.cells), -1)[faces[:, 0], faces[:, 1]]]
             if len(border) < len(faces):
                 why = "faces between two cells are no surface"
                 found.left.append(Left(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
             if len(border):
                 found.pushes.append(OnFaces(press.who or "surface", border, press.value))
+        self._weigh(body)
+
+    def _weigh(self, body: _Body) -> None:
+        """Weights of sets that are the whole body together become one of the body."""
+        cells: dict[tuple[float, float, float], list[Ints]] = {}
+        cards: dict[tuple[float, float, float], tuple[Card, str]] = {}
         for weight in self.loads.weights:
-            if weight.who and len(set(elements(weight.who, weight.card))) < len(found.cells):
-                why = "gravity acts on a whole body here"
-                found.left.append(Left(f"GRAV on the set `{weight.who}`", why, weight.card.line))
-            else:
-                found.weights.append(weight.vector)
-
-    def _elements(self, found: Deck, index: dict[int, int]) -> Callable[[str, Card], list[int]]:
-        """What finds the cells of a set by its name, or all without one."""
-
-        def elements(name: str, card: Card) -> list[int]:
-            return [index[n] for n in self.elsets.numbers(name, card) if n in index] if name else list(range(
-                len(found.cells)))  # fmt: skip
-
-        return elements
-
-    def _faces(self, who: str, label: str, card: Card, elements: Callable[[str, Card], list[int]], found: Deck) -> Ints:
-        """Faces (f, 2) of a set and a label P3, or of a surface."""
-        rows = [(who, label)]
-        if card.keyword in ("DSLOAD", "SURFACE"):
-            if _key(who) not in self.surfaces:
-                raise Unreadable(f"{card.file}:{card.line}", f"the surface `{who[:60]}` is nowhere defined", AGAIN)
-            rows = self.surfaces[_key(who)][1]
-        faces: list[tuple[int, int]] = []
-        for name, side in rows:
-            if not side[1:].isdigit() or not 1 <= int(side[1:]) <= len(element_of(found.kind).facets):
-                found.left.append(Left(f"`{name}, {side}`", "no side of a solid is called so", card.line))
+            cells.setdefault(weight.vector, []).append(body.cells(weight.who, weight.card))
+            cards[weight.vector] = weight.card, weight.who
+        for vector, own in cells.items():
+            whole = np.concatenate(own)
+            if len(np.unique(whole)) < len(body.deck.cells):
+                card, who = cards[vector]
+                self.left.append(Left(f"GRAV on the set `{who}`", "gravity acts on a whole body here", card.line))
                 continue
-            faces += [(cell, int(side[1:]) - 1) for cell in elements(name, card)]
-        return np.array(sorted(set(faces)), dtype=np.int64).reshape(-1, 2)
+            body.deck.weights += [vector] * (len(whole) // len(body.deck.cells))
+            if len(whole) % len(body.deck.cells):
+                card, who = cards[vector]
+                self.left.append(
+                    Left(f"GRAV on the set `{who}` once more", "gravity acts on a whole body here", card.line)
+                )
+
+    def _name_sets(self, body: _Body) -> None:
+        """Sets, surfaces and materials that have a name, and that nothing asks for."""
+        found, mesh = body.deck, body.mesh
+        for name, definition, own in mesh.names("elements"):
+            if id(definition) not in body.used and not definition.internal:
+                sets.of_cells(found, name, body.places(own))
+        for name, definition, own in mesh.names("nodes"):
+            if id(definition) not in body.used and not definition.internal:
+                nodes = body.node_places[own]
+                sets.of_nodes(found, name, nodes[nodes >= 0])
+        for name, surface, rows in mesh.surface_names():
+            if id(surface) not in body.used and "INTERNAL" not in surface.card.options:
+                sets.of_faces(found, name, body.sides([(body.places(own), side, who) for own, side, who in rows],
+                                                      surface.card))  # fmt: skip
+        made_of = {card.options.get("MATERIAL", "").upper() for card in self.sections}
+        for name, told in self.materials.items():
+            if name not in made_of:
+                found.left.append(Left(f"the material `{name[:60]}`", "no cells are made of it", told.card.line))
 
 
-def _rubber(law: Law | None) -> bool:
+def _is_rubber(law: Law | None) -> bool:
     return law is not None and law.word != "linear_elastic"
 
 
-def _generated(words: list[str], card: Card) -> list[str]:
-    first, last, step = ([whole(w, card) for w in words] + [1])[:3] if len(words) in (2, 3) else (0, 0, 0)
-    if step < 1 or last < first or (last - first) // step > LIMIT:
-        raise Unreadable(f"{card.file}:{card.line}", "a set is generated by a first, a last and a step", AGAIN)
-    return [str(n) for n in range(first, last + 1, step)]
+class _Body:
+    """The solid cells of a deck, and how its names are found in them."""
+
+    def __init__(self, mesh: DeckMesh, left: list[Left]) -> None:
+        self.mesh = mesh
+        self.used: set[int] = set()  # definitions that something asks for
+        solids = {cell: mesh.cells[cell] for cell in KINDS if cell in mesh.cells}
+        self._refuse_others(solids, left)
+        ((cell, own),) = solids.items()
+        used, cells = np.unique(own.nodes, return_inverse=True)
+        self.elements = own.elements
+        self.node_places = np.full(len(mesh.points), -1, dtype=np.int64)
+        self.node_places[used] = np.arange(len(used))
+        table = cells.reshape(own.nodes.shape).astype(np.int64)
+        self.deck = Deck(mesh.name, KINDS[cell], mesh.points[used], table, [], left=left)
+
+    def _refuse_others(self, solids: Mapping[str, object], left: list[Left]) -> None:
+        """Refuse decks whose solids are no body of one kind of cells, and list elements that are no solids."""
+        others, name = 0, self.mesh.name
+        for kind, (card, many) in self.mesh.kinds.items():
+            cell = cell_of(kind)
+            if cell in KINDS and kind.startswith("C3D"):
+                if kind != PLAIN[cell]:
+                    why = f"is taken as {PLAIN[cell]}, integrated in full, without what makes it another"
+                    left.append(Left(kind, why, card.line))
+            elif kind.startswith("C3D"):
+                raise Foreign(f"{kind} in line {card.line} are cells that no model here has",
+                              "cells are tetrahedra of 4 or 10 nodes or hexahedra of 8 or 20")  # fmt: skip
+            else:
+                others += many
+                left.append(Left(f"{many} elements {kind or '*ELEMENT'}", "only solids are cells of a body", card.line))
+                if cell in solids:
+                    raise Foreign(f"{kind} in line {card.line} are not cells of a solid at rest",
+                                  "cells are C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
+        if not solids:
+            words = f" ({others} elements of other kinds)" if others else ""
+            raise Foreign(f"{name} has no tetrahedra and no hexahedra{words}",
+                          "decks of solids are carried over: C3D4, C3D10, C3D8 and C3D20")  # fmt: skip
+        if len(solids) > 1:
+            raise Foreign(f"{name} has several kinds of cells: {', '.join(sorted(PLAIN[c] for c in solids))}",
+                          "a model here has cells of one kind: write one deck for each")  # fmt: skip
+
+    def _use(self, kind: str, word: str, card: Card) -> None:
+        for space, name in self.mesh.find_sets("nodes" if kind == "nodes" else "elements", word, card, card.scope):
+            own = space.definition("nodes" if kind == "nodes" else "elements", name.upper())
+            if own is not None:
+                self.used.add(id(own))
+
+    def places(self, elements: Ints) -> Ints:
+        """Return the cells (k,) of the body that elements of the model are."""
+        place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
+        found: Ints = place[self.elements[place] == elements]
+        return found
+
+    def cells(self, name: str, card: Card) -> Ints:
+        """Return the cells (k,) of a set, or all without a name. Raises DeckError."""
+        if not name:
+            return np.arange(len(self.deck.cells))
+        self._use("elements", name, card)
+        return self.places(self.mesh.members("elements", name, card, card.scope))
+
+    def nodes(self, name: str, card: Card) -> Ints:
+        """Return the nodes (k,) of the body that a set or a number means; others are listed. Raises DeckError."""
+        self._use("nodes", name, card)
+        own = self.mesh.members("nodes", name, card, card.scope)
+        if not len(own):
+            self.deck.left.append(Left(f"{card.title} on `{name[:60]}`", "it has no nodes", card.line))
+        places = self.node_places[own]
+        if lost := int((places < 0).sum()):
+            why = "they are of no solid cell, as reference points are"
+            self.deck.left.append(Left(f"{card.title} on {lost} nodes (`{name[:60]}`)", why, card.line))
+        found: Ints = np.sort(places[places >= 0])
+        return found
+
+    def surface(self, name: str, card: Card) -> Ints:
+        """Return the faces (f, 2) of a surface. Raises DeckError."""
+        rows = list(self.mesh.surface_rows(name, card, card.scope))
+        self.used |= {id(own) for own in self.mesh.surfaces_called(name, card, card.scope)}
+        return self.sides([(self.places(elements), label, who) for elements, label, who in rows], card)
+
+    def sides(self, rows: list[tuple[Ints, str, str]], card: Card) -> Ints:
+        """Return the faces (f, 2) of cells at sides S3 or P3; labels that are none are listed."""
+        count = len(ELEMENTS[self.deck.kind].facets)
+        faces = [np.zeros((0, 2), dtype=np.int64)]
+        for cells, label, who in rows:
+            if not label[1:].isdigit() or not 1 <= int(label[1:]) <= count:
+                self.deck.left.append(Left(f"`{who}, {label}`", "no side of a solid is called so", card.line))
+                continue
+            faces.append(np.stack([cells, np.full(len(cells), int(label[1:]) - 1)], axis=1))
+        found: Ints = np.unique(np.concatenate(faces), axis=0)
+        return found

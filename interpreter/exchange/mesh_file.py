@@ -12,14 +12,18 @@ from softmark.interpreter.exchange.record import Floats, Ints
 TYPES = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
 
 
-def text(kind: str, points: Floats, cells: Ints, sets: Mapping[str, Ints], surfaces: Mapping[str, Ints]) -> str:
-    """The file, of sets of cells (k,) and of faces (f, 2) by name."""
-    return "\n".join([*_lines(kind, points, cells, sets, surfaces), ""])
+def text(
+    kind: str, points: Floats, cells: Ints, sets: Mapping[str, Ints], surfaces: Mapping[str, Ints],
+    node_sets: Mapping[str, Ints],
+) -> str:  # fmt: skip
+    """Return the file, of sets of cells (k,), of faces (f, 2) and of nodes (k,) by name."""
+    return "\n".join([*_lines(kind, points, cells, sets, surfaces, node_sets), ""])
 
 
 def _lines(
-    kind: str, points: Floats, cells: Ints, sets: Mapping[str, Ints], surfaces: Mapping[str, Ints]
-) -> Iterator[str]:
+    kind: str, points: Floats, cells: Ints, sets: Mapping[str, Ints], surfaces: Mapping[str, Ints],
+    node_sets: Mapping[str, Ints],
+) -> Iterator[str]:  # fmt: skip
     yield "*NODE"
     for i, point in enumerate(points.tolist(), start=1):
         yield ", ".join([str(i), *map(repr, point)])
@@ -33,3 +37,6 @@ def _lines(
     for name, faces in surfaces.items():
         yield f"*SURFACE, NAME={name}, TYPE=ELEMENT"
         yield from (f"{cell + 1}, S{side + 1}" for cell, side in faces.tolist())
+    for name, nodes in node_sets.items():
+        yield f"*NSET, NSET={name}"
+        yield from (str(n + 1) for n in nodes.tolist())

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,22 +32,28 @@ class Foreign(Exception):
 
 @dataclass(frozen=True)
 class Law:
-    """A material: its word in the language, its stresses and plain numbers there, and its density, if it has one."""
+    """A material: its word in the language, its stresses and plain numbers there, and its density, if it has one.
+
+    `stress_lists` and `lists` are constants of its terms, stresses and plain numbers.
+    """
 
     word: str
     stresses: Mapping[str, float]
     plain: Mapping[str, float] = field(default_factory=dict)
     density: float | None = None
     choices: Mapping[str, str] = field(default_factory=dict)
+    stress_lists: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    lists: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Cells (k,) of one material; None where nothing of its law was carried over."""
+    """Cells (k,) of one material; `law` is None where nothing of it was carried over, and `why` the reason."""
 
     name: str
     cells: Ints
     law: Law | None
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -80,11 +87,11 @@ class AtNodes:
 
 @dataclass(frozen=True)
 class Set:
-    """A part that has a name and nothing else: cells (k,), or faces (f, 2)."""
+    """A part that has a name and nothing else: cells (k,), faces (f, 2), or nodes (k,)."""
 
     name: str
     members: Ints
-    faces: bool
+    kind: Literal["cells", "faces", "nodes"]
 
 
 @dataclass(frozen=True)
@@ -115,6 +122,7 @@ class Deck:
     groups: list[str] = field(default_factory=list)  # of `mesh`, by its names
     named: list[Set] = field(default_factory=list)
     mesh: Path | None = None
+    pieces: int = 1  # of the body, which share no nodes
     left: list[Left] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise
 

@@ -14,16 +14,18 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Law, Left, OnFaces
+from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Left, OnFaces, Part
 from softmark.interpreter.exchange.units import Unasked, Units
-from softmark.solvers.mesh.files.flaws import at, components, twins
+from softmark.solvers.mesh.files.flaws import at, components, overlap, twins
+from softmark.solvers.mesh.mesh import Mesh
 
-FEW = 20  # nodes that are no whole faces and are told one by one, by where they lie
-FORCES = 400  # nodes with forces of their own
+FORCES = 20_000  # nodes with forces of their own; a scene of so many takes some 10 s to be checked
 DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
 DUST = 1e-16  # of the greatest force: below what a double keeps beside it
-NEAR = 1e-3  # of the shortest distance between nodes: what is this near to a node's place is the node
 WIDE = 100
+ANY_DENSITY = "1000.0 kg/m^3"  # of materials without one, where no result depends on it
+NO_DENSITY = ("a material has no density, and nothing of a body at rest without weight depends on it: the scene has "
+              f"{ANY_DENSITY} in its place")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -46,38 +48,48 @@ class Wanting(Exception):
 class Written:
     """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left.
 
-    `turned` says which cells were inside out, if some were.
+    `turned` says which cells were inside out, if some were; `taken` how something was understood that can be
+    understood otherwise.
     """
 
     scene: str
     mesh: str | None
     left: tuple[Left, ...]
     turned: str | None
+    taken: tuple[str, ...] = ()
 
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
     """A scene whose mesh has this name. Raises Unasked, Wanting, Foreign."""
-    _one_piece(deck)
+    _count_pieces(deck)
     writer = _Writer(deck, units, filled, mesh_name)
     lines = list(writer.lines())
     mesh = None
     if deck.mesh is None:
-        mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
-    left, turned = tuple(dict.fromkeys(deck.left)), _turned(deck, units)
-    if turned is not None:
-        deck.taken.append(f"{turned}: a scene turns them")
+        mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets)
+    left, turned, taken = tuple(dict.fromkeys(deck.left)), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
+    deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
-    return Written(format_source(Source(deck.title, text)), mesh, left, turned)
+    return Written(format_source(Source(deck.title, text)), mesh, left, turned, taken)
 
 
-def _one_piece(deck: Deck) -> None:
-    """Raises Foreign of cells in pieces that share no nodes."""
+def _count_pieces(deck: Deck) -> None:
+    """Say of a body in several pieces what holds them together. Raises Foreign of a mesh that a scene refuses so."""
     width = deck.cells.shape[1]
     part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
-    if (many := len(np.unique(part[deck.cells[:, 0]]))) > 1:
-        raise Foreign(
-            f"{deck.title} has {many} pieces that share no nodes", "a body is one piece: write each to a deck"
-        )
+    deck.pieces = len(np.unique(part[deck.cells[:, 0]]))
+    if deck.pieces == 1:
+        return
+    if deck.mesh is not None:
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces that share no nodes",
+                      "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
+    if (place := overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
+        where = ", ".join(f"{v:g}" for v in place[0].tolist())
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
+                      "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
+    deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the "
+                      "scene joins them, so each needs supports; `contact glue = tied(body)` glues them where they "
+                      "touch, `contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
 
 
 def _turned(deck: Deck, units: Units) -> str | None:
@@ -115,6 +127,7 @@ class _Writer:
     names: set[str] = field(default_factory=set)
     sets: dict[str, Ints] = field(default_factory=dict)
     surfaces: dict[str, Ints] = field(default_factory=dict)
+    node_sets: dict[str, Ints] = field(default_factory=dict)
 
     def name(self, kind: str, told: str) -> str:
         """A name that nothing else has and no word of the language is."""
@@ -136,11 +149,12 @@ class _Writer:
         parts = sorted(deck.parts, key=lambda part: -len(part.cells))
         materials = [self.name("solid", part.name if part.law else "told") for part in parts]
         for name, part in zip(materials, parts, strict=True):
-            yield f"material {name} = {self._law(part.law, part.name, len(part.cells))}"
+            yield f"material {name} = {self._law(part)}"
         unit = self.units.length.text
         kept = ", coincident = keep" if len(self.doubled) else ""
         if kept:
             deck.taken.append(f"{len(self.doubled)} nodes lie where others do, and each is its own: nothing joins them")
+        kept += ", pieces = keep" if deck.pieces > 1 else ""
         yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
             region = self.name("part", part.name)
@@ -150,7 +164,7 @@ class _Writer:
             yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
         for own in deck.named:
             region = self.name("group", own.name)
-            (self.surfaces if own.faces else self.sets)[region] = own.members
+            {"cells": self.sets, "faces": self.surfaces, "nodes": self.node_sets}[own.kind][region] = own.members
             yield f"region {region} = group(body, {_quoted(region)})"
         yield ""
         yield from self._acting()
@@ -184,46 +198,41 @@ class _Writer:
                 yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
                        f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
 
-    def _law(self, law: Law | None, part: str, cells: int) -> str:
+    def _law(self, own: Part) -> str:
+        law, part, cells = own.law, own.name, len(own.cells)
         if law is None:
+            why = f" ({own.why})" if own.why else ""
             if self.filled.material is None:
-                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{self._why()}",
+                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{why}",
                               "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
             return _constructor(self.filled.material)
         fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
         fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
+        fields += [f"{name} = [{', '.join(map(self.units.of_stress, own))}]" for name, own in law.stress_lists.items()]
+        fields += [f"{name} = [{', '.join(map(repr, own))}]" for name, own in law.lists.items()]
         if law.density is not None:
             density = self.units.of_density(law.density)
         elif self.filled.density is not None:
             density = self.filled.density
+        elif self.deck.static and not self.deck.weights:
+            density = ANY_DENSITY
+            if NO_DENSITY not in self.deck.taken:
+                self.deck.taken.append(NO_DENSITY)
         else:
             raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
                           "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip
         fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
         return f"{law.word}({', '.join(fields)})"
 
-    def _why(self) -> str:
-        reasons = [f"{own.what}: {own.why}" for own in self.deck.left if own.what.startswith("*") or "material" in
-                   own.what]  # fmt: skip
-        return f" ({reasons[0]})" if reasons else ""
-
     def _hold(self, hold: Hold) -> Iterator[str]:
         faces, alone = self.deck.sides.within(hold.nodes)
-        if len(alone) > FEW:
-            self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)",
-                                       f"{len(alone)} of them are of no face all of whose nodes it holds"))  # fmt: skip
-            return
-        if np.isin(alone, self.doubled).any():
-            self.deck.left.append(Left(f"what holds {len(hold.nodes)} nodes (`{hold.name}`)", DOUBLED))
-            return
-        where = []
-        if len(faces):
-            region = self.name("at", hold.name)
-            self.surfaces[region] = faces
-            yield f"region {region} = group(body, {_quoted(region)})"
-            where.append(region)
-        where += [self._place(node) for node in alone.tolist()]
+        where = self.name("at", hold.name)
+        if len(alone):
+            self.node_sets[where] = hold.nodes
+        else:
+            self.surfaces[where] = faces
+        yield f"region {where} = group(body, {_quoted(where)})"
         by = [0.0, 0.0, 0.0]
         for c, value in zip(hold.components, hold.values, strict=True):
             by[c] = value
@@ -231,19 +240,11 @@ class _Writer:
         along = "" if hold.components == (0, 1, 2) else f", components = {_axes(hold.components)}"
         vector = f", by = {_vector(by)} {self._unit()}" if moves else ""
         word = "displaced" if moves else "fixed"
-        yield f"support {self.name('held', hold.name)} = {word}(body, where = {' or '.join(where)}{vector}{along})"
+        yield f"support {self.name('held', hold.name)} = {word}(body, where = {where}{vector}{along})"
 
     def _unit(self) -> str:
         number, unit = self.units.length.text.split(" ")
         return unit if number == "1" else f"* {self.units.length.text}"
-
-    def _place(self, node: int) -> str:
-        """A ball around a node that holds no other."""
-        x, y, z = self.deck.points[node].tolist()
-        unit = self.units.of_length
-        apart = " + ".join(f"({axis} - {unit(v)})^2" if v >= 0 else f"({axis} + {unit(-v)})^2" for axis, v in
-                           zip("xyz", (x, y, z), strict=True))  # fmt: skip
-        return f"{apart} <= ({unit(self._near)})^2"
 
     @cached_property
     def doubled(self) -> Ints:
@@ -251,13 +252,6 @@ class _Writer:
         if self.deck.mesh is not None:
             return np.zeros(0, dtype=np.int64)
         return np.unique(twins(self.deck.points, self.deck.cells))
-
-    @cached_property
-    def _near(self) -> float:
-        corners = self.deck.points[self.deck.cells]
-        gaps = np.linalg.norm(corners[:, 1:] - corners[:, :-1], axis=2)
-        known = gaps[(gaps > 0.0) & np.isfinite(gaps)]
-        return float(f"{NEAR * float(known.min()):.1e}") if len(known) else NEAR
 
     def _push(self, push: OnFaces) -> Iterator[str]:
         region = self.name("at", push.name)

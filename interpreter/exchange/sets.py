@@ -12,7 +12,7 @@ def of_cells(deck: Deck, name: str, cells: Ints) -> None:
     if not len(cells):
         deck.left.append(Left(f"the set `{name[:60]}`", "none of its elements are cells of the body"))
     elif len(cells) < len(deck.cells):
-        deck.named.append(Set(name, cells, faces=False))
+        deck.named.append(Set(name, cells, "cells"))
 
 
 def of_faces(deck: Deck, name: str, faces: Ints) -> None:
@@ -22,16 +22,17 @@ def of_faces(deck: Deck, name: str, faces: Ints) -> None:
         why = f"{int(inside.sum())} of its {len(faces)} faces are not of the surface of the body"
         deck.left.append(Left(f"the surface `{name[:60]}`", why))
         return
-    deck.named.append(Set(name, faces, faces=True))
+    deck.named.append(Set(name, faces, "faces"))
 
 
 def of_nodes(deck: Deck, name: str, nodes: Ints) -> None:
-    """A set of nodes (k,), as the faces of the surface that they are; that of all nodes is the body."""
+    """Add a set of nodes (k,), as the faces of the surface that they are, or else as nodes; all nodes are the body."""
     if len(own := np.unique(nodes)) == len(deck.points):
         return
     faces, alone = deck.sides.within(own)
-    if not len(own) or len(alone):
-        why = f"{len(alone)} of its {len(own)} nodes are of no face all of whose nodes it has"
-        deck.left.append(Left(f"the set of nodes `{name[:60]}`", why))
-        return
-    deck.named.append(Set(name, faces, faces=True))
+    if not len(own):
+        deck.left.append(Left(f"the set of nodes `{name[:60]}`", "none of its nodes are of a cell of the body"))
+    elif len(alone):
+        deck.named.append(Set(name, own, "nodes"))
+    else:
+        deck.named.append(Set(name, faces, "faces"))

@@ -111,15 +111,16 @@ def _is_sound(region: Declared, mesh: Mesh) -> None:
     if not count:
         help = "write the mesh with something in this group, or leave the region out"
         raise fault("E326", at, f"the group `{name}` is empty", "nothing in it", help)
-    if own.kind == "faces" and region.thing.material is not None:
-        problem = f"`{region.name}` is a group of faces, and faces are made of nothing"
+    if own.kind != "cells" and region.thing.material is not None:
+        problem = f"`{region.name}` is a group of {own.kind}, and {own.kind} are made of nothing"
         help = "a material goes to a group of cells; leave `material` out"
         raise fault("E325", region.at("material"), problem, own.described, help)
     if own.foreign:
-        problem = f"{own.foreign} of {count} members of the group `{name}` are no face of a solid cell"
+        what = "node" if own.kind == "nodes" else "face"
+        problem = f"{own.foreign} of {count} members of the group `{name}` are no {what} of a solid cell"
         help = (
-            "name faces of the mesh itself, between the same nodes; nodes of a set that make no face, halves of the "
-            "faces of hexahedra, and shells beside the body are none"
+            "name faces of the mesh itself, between the same nodes; halves of the faces of hexahedra, and shells "
+            "beside the body are none"
         )
         raise fault("E326", at, problem, own.described, help)
     if own.inside:

@@ -48,7 +48,7 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
         from softmark.solvers.mesh.interpolation import locate
 
         known = located(shape, case.shaped)
-        mesh = read(known.path, known.unit, known.coincident)
+        mesh = read(known.path, known.unit, known.coincident, pieces=known.pieces)
         return locate(mesh, X).outside, mesh.extent
     bounds = located(shape, case.shaped).bounds
     assert bounds is not None  # but of a file of cells

@@ -50,10 +50,11 @@ class BodyGroup(Region):
 
     Names are those of physical groups (Gmsh 2 and 4.1; by number where they have no name), of ELSET, NSET and SURFACE
     (Abaqus, CalculiX), and `ARRAY=VALUE` of whole numbers on cells (VTU, VTK, Medit), or `ARRAY` where these are ones
-    and zeros. A set of nodes stands for the faces all of whose corners it has. Where a name has cells and faces, the
-    faces are `NAME:faces`. No geometry is involved: a group of faces is its facets, one of cells its cells, and a load
-    on a group of cells acts on those of their faces that are the body's surface. The region stands wherever a condition
-    does, with others too: `where = tip and z > 0 mm`. Only cells have a material.
+    and zeros. Names of an assembly's instances are `INSTANCE.NAME`. A set of nodes stands for the faces all of whose
+    corners it has; where it has nodes of no such face it is a group of nodes, which supports hold. Where a name has
+    cells and faces, the faces are `NAME:faces`. No geometry is involved: a group of faces is its facets, one of cells
+    its cells, and a load on a group of cells acts on those of their faces that are the body's surface. The region
+    stands wherever a condition does, with others too: `where = tip and z > 0 mm`. Only cells have a material.
     """
 
     body: Annotated[str, "body", "the body that it is a part of; its mesh is a file"]

@@ -16,13 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Group:
-    """`members` are numbers of cells (k,), or faces (k, 2): a cell and the number of its side.
+    """`members` are numbers of cells (k,), faces (k, 2): a cell and the number of its side, or nodes (k, 2): a cell
+    and the number of the node in it.
 
     `inside` of its faces lie between two cells; `foreign` are the facets (or points) of the file that are no face of
-    a cell at all, and are not among the members.
+    a cell at all, and are not among the members. Supports hold a group of nodes; it has no faces and no cells.
     """
 
-    kind: Literal["cells", "faces"]
+    kind: Literal["cells", "faces", "nodes"]
     members: Ints
     inside: int = 0
     foreign: int = 0

@@ -1,7 +1,8 @@
-"""Named parts of a mesh: cells and boundary faces, as sets of these and not as places; they go with it where it is
-split, gets more nodes or is refined.
+"""Named parts of a mesh: cells, boundary faces and nodes, as sets of these and not as places; they go with it where it
+is split, gets more nodes or is refined.
 
-Faces are kept as a cell and the number of its side, which neither a new numbering of nodes nor nodes between changes.
+Faces are kept as a cell and the number of its side, and nodes as a cell and the number of the node in it, which neither
+a new numbering of nodes nor nodes between changes.
 """
 
 from __future__ import annotations
@@ -34,10 +35,12 @@ def cells_in(mesh: Mesh, name: str) -> Bools:
 
 
 def facets_in(mesh: Mesh, name: str) -> Bools:
-    """Which boundary facets are members (f,); of a group of cells those that belong to one of them."""
+    """Which boundary facets are members (f,); of a group of cells those of its cells, of a group of nodes none."""
     group = (mesh.groups or {})[name]
     if group.kind == "cells":
         return cells_in(mesh, name)[mesh.facet_cells]
+    if group.kind == "nodes":
+        return np.zeros(len(mesh.facets), dtype=np.bool_)
     return same_rows(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
 
 
@@ -46,10 +49,31 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.points), dtype=np.bool_)
     if group.kind == "cells":
         found[mesh.cells[group.members]] = True
+    elif group.kind == "nodes":
+        found[_nodes(mesh, group)] = True
     else:
         cell, side = group.members.T
         found[mesh.cells[cell[:, None], np.array(mesh.element.facets)[side]]] = True
     return found
+
+
+def _nodes(mesh: Mesh, group: Group) -> Ints:
+    """Return the nodes (k,) of a group of nodes; cells of fewer nodes do not have them all."""
+    cell, local = group.members.T
+    known = local < mesh.cells.shape[1]
+    found: Ints = mesh.cells[cell[known], local[known]]
+    return found
+
+
+def node_members(cells: Ints, nodes: Ints) -> Ints:
+    """Return for each node (k,) a cell (m, a) that has it, and its number there (k, 2).
+
+    Nodes of no cell are left out.
+    """
+    own, first = np.unique(cells.ravel(), return_index=True)
+    place = np.minimum(np.searchsorted(own, nodes), len(own) - 1)
+    known = first[place[own[place] == nodes]]
+    return np.stack(np.divmod(known, cells.shape[1]), axis=1).astype(np.int64)
 
 
 def cells_at(mesh: Mesh, name: str, nodes: Ints) -> Bools:
@@ -97,6 +121,13 @@ def turned(faces: Ints, which: Bools, element: type[Element]) -> Ints:
     return np.stack([cell, np.where(which[cell], table[side], side)], axis=1)
 
 
+def turned_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
+    """The same nodes (k, 2) of cells of which some (m,) have their nodes in the order `element.turned`."""
+    now = np.argsort(np.array(element.turned))
+    cell, local = nodes.T
+    return np.stack([cell, np.where(which[cell], now[local], local)], axis=1)
+
+
 # ------------------------------------------------------------------ with a mesh that changes
 
 
@@ -110,6 +141,8 @@ def split(mesh: Mesh, new: Mesh) -> Mesh:
     def carried(group: Group) -> Group:
         if group.kind == "cells":
             return replace(group, members=_of_each(group.members, each))
+        if group.kind == "nodes":
+            return replace(group, members=node_members(new.cells, np.unique(_nodes(mesh, group))))
         quads = _corners(mesh, group.members)  # (k, 4)
         children = _of_each(group.members[:, 0], each).reshape(-1, each)
         sides = new.cells[children][:, :, triangles]  # (k, each, 4, 3)
@@ -129,10 +162,18 @@ def refined(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
     normal = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
     off = np.einsum("ctki,si->sctk", sides, normal) - np.einsum("si,si->s", places[:, 0], normal)[:, None, None, None]
     on = (np.abs(off) < ON).all(axis=-1)  # (s, c, t)
+    far: Floats = np.abs(mesh.element.places()[:, None, None] - corners).max(axis=-1)  # (a, c, b)
+    # of each node a child that has it, and its number there
+    children = np.array([(np.argwhere(one < ON).tolist() or [(-1, -1)])[0] for one in far])
 
     def carried(group: Group) -> Group:
         if group.kind == "cells":
             return replace(group, members=_of_each(group.members, len(corners)))
+        if group.kind == "nodes":
+            cell, local = group.members.T
+            there = children[local, 0] >= 0
+            cell, (child, own) = cell[there], children[local[there]].T
+            return replace(group, members=np.stack([len(corners) * cell + child, own], axis=1))
         cell, side = group.members.T
         face, child, own = np.nonzero(on[side])
         return replace(group, members=np.stack([len(corners) * cell[face] + child, own], axis=1))

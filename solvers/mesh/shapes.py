@@ -198,7 +198,9 @@ class MeshFile(Shape):
     at one place without being one (nearer than 1e-6 of the extent and a hundredth of the shortest edge) make a mesh
     fall apart that looks whole: they are an error, unless `coincident = merge` joins them or `keep` says that a slit
     is meant.
-    Parts that share no face, faces of three cells and a mesh that passes through itself are errors.
+    Parts that share no face, faces of three cells and a mesh that passes through itself are errors. Pieces that share
+    no node are an error too, unless `pieces = keep` says that the body is in several pieces: nothing but supports,
+    contact (`itself(BODY)`) or glue (`tied(BODY)`) then holds one piece to another.
     """
 
     prebuilt = True
@@ -211,6 +213,7 @@ class MeshFile(Shape):
     coincident: Annotated[
         Literal["refuse", "merge", "keep"], "what is done with nodes that lie at one place without being one"
     ] = "refuse"
+    pieces: Annotated[Literal["refuse", "keep"], "what is done with pieces that share no nodes"] = "refuse"
 
     @property
     def file(self) -> str:
@@ -221,20 +224,20 @@ class MeshFile(Shape):
         """The cells of the file as an element, of no other size and uncut. Raises UnreadableMesh, UnknownElement."""
         from softmark.solvers.mesh.files.reading import converted, read
 
-        return converted(read(self.path, self.unit, self.coincident), kind, self.split)
+        return converted(read(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
 
     def named(self, kind: str | None = None) -> Mesh:
         """The same with the groups of the file; without an element as the file has its cells. Raises as `mesh`."""
         from softmark.solvers.mesh.files.reading import converted, read
 
-        whole = read(self.path, self.unit, self.coincident, named=True)
+        whole = read(self.path, self.unit, self.coincident, named=True, pieces=self.pieces)
         return whole if kind is None else converted(whole, kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.reading import read_surface
 
-        return read_surface(self.path, self.unit, self.coincident)
+        return read_surface(self.path, self.unit, self.coincident, self.pieces)
 
     def points(self) -> Floats:
         """The points of the file that its cells use (n, 3), m, in the order of the file. Raises UnreadableMesh."""

@@ -190,7 +190,7 @@ def test_sets_of_abaqus(tmp_path: Path) -> None:
     said = {name: (own.described, own.foreign) for name, own in mesh.groups.items()}
     assert said == {
         "tip": ("1 face", 0), "top": ("2 faces", 0), "both": ("2 cells", 0), "hard": ("1 cell", 0),
-        "all": ("2 cells", 0), "wall": ("1 face", 0), "loose": ("3 faces", 2),
+        "all": ("2 cells", 0), "wall": ("1 face", 0), "loose": ("6 nodes", 0),
     }  # fmt: skip
     assert groups.cells_in(mesh, "hard").tolist() == [False, True]
     for name, axis, at in (("wall", 0, 0.0), ("tip", 0, 0.02), ("top", 2, 0.01)):
@@ -270,7 +270,7 @@ model hexes = fem(hex8, strain = small, size = 10 mm)
 probe end = point(bar, at = (20, 0, 0) mm)
 metric down = displacement(end, along = -z)
 """
-    new = {"solvers.mesh.groups", "solvers.mesh.files.named", "solvers.mesh.files.abaqus_sets"}
+    new = {"solvers.mesh.groups", "solvers.mesh.files.named", "solvers.mesh.files.abaqus.groups"}
     assert not new & loaded_by(scene)
 
 

@@ -50,9 +50,8 @@ def test_sets_of_a_deck_are_regions_or_listed(changed: Changed) -> None:
         "*ELSET, ELSET=SECOND\n2\n*NSET, NSET=END\n9, 10, 11, 12\n*NSET, NSET=CORNER\n12\n"
         "*SURFACE, NAME=BETWEEN, TYPE=ELEMENT\n1, S4\n*MATERIAL, NAME=OTHER\n*ELASTIC\n1., 0.1\n",
     )))  # fmt: skip
-    assert named(found) == {"SECOND": [1], "END": [[1, 3]], "TOP": [[0, 1], [1, 1]]}
+    assert named(found) == {"SECOND": [1], "END": [[1, 3]], "CORNER": [11], "TOP": [[0, 1], [1, 1]]}
     assert listed(found) == {
-        "the set of nodes `CORNER`": "1 of its 1 nodes are of no face all of whose nodes it has",
         "the surface `BETWEEN`": "1 of its 1 faces are not of the surface of the body",
         "the material `OTHER`": "no cells are made of it",
     }
@@ -80,11 +79,10 @@ def test_what_febio_names_is_a_region_or_listed(changed: Changed) -> None:
                         '<NodeSet name="edge">1,5</NodeSet><SurfacePair name="both"/>'),
         ("	</MeshData>", '<ElementData name="axes" type="mat_axis" elem_set="all"/>'),
     ))  # fmt: skip
-    assert named(found) == {"side": [[0, 5]]}
+    assert named(found) == {"side": [[0, 5]], "edge": [0, 4]}
     own = listed(found)
     del own["`Contact`"]
     assert own == {
-        "the set of nodes `edge`": "2 of its 2 nodes are of no face all of whose nodes it has",
         "`SurfacePair` `both` of the mesh": "no reader for it",
         "`ElementData` `axes`": "values of nodes alone are read",
     }
@@ -182,10 +180,40 @@ def test_nodes_of_a_slit_are_nodes_of_their_own(tmp_path: Path) -> None:
     assert right > 5 * abs(left) > 0  # what is pulled is not what lies beside it
 
 
-def test_a_deck_of_two_pieces_is_refused(tmp_path: Path) -> None:
-    lower = SLIT.replace("3, 7, 9, 10, 8, 13, 15, 16, 14\n4, 9, 11, 12, 10, 15, 17, 18, 16\n", "")
-    (tmp_path / "two.inp").write_text(lower.replace("19, 5, 6, 20, 9, 11, 12, 10", "19, 5, 6, 20, 15, 17, 18, 16"))
-    with pytest.raises(Foreign, match="2 pieces that share no nodes"):
+def two_cubes(second: float) -> str:
+    """A deck of a cube of 10 mm on supports, and one that begins at another height with supports of its own.
+
+    A force of 0.25 N pulls at each of the four upper nodes of both.
+    """
+    cube = "{0}1, 0, 0, {z}\n{0}2, 10, 0, {z}\n{0}3, 10, 10, {z}\n{0}4, 0, 10, {z}\n" \
+           "{0}5, 0, 0, {t}\n{0}6, 10, 0, {t}\n{0}7, 10, 10, {t}\n{0}8, 0, 10, {t}\n"  # fmt: skip
+    nodes = cube.format(1, z=0.0, t=10.0) + cube.format(2, z=second, t=second + 10.0)
+    return (f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=E\n1, 11, 12, 13, 14, 15, 16, 17, 18\n"
+            "2, 21, 22, 23, 24, 25, 26, 27, 28\n*MATERIAL, NAME=M\n*ELASTIC\n1., 0.\n"
+            "*SOLID SECTION, ELSET=E, MATERIAL=M\n*NSET, NSET=LOW\n11, 12, 13, 14, 21, 22, 23, 24\n"
+            "*NSET, NSET=HIGH\n15, 16, 17, 18, 25, 26, 27, 28\n"
+            "*BOUNDARY\nLOW, 1, 3\n*STEP\n*STATIC\n*CLOAD\nHIGH, 3, 0.25\n*END STEP\n")  # fmt: skip
+
+
+def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
+    """u = F L / (E A) = 1 N * 10 mm / (1 MPa * 100 mm^2) of both; there is no density, and nothing depends on it."""
+    (tmp_path / "two.inp").write_text(two_cubes(15.0))
+    mm = units.told("mm-t-s", None, None, None)
+    found = scene.written(formats.read(tmp_path / "two.inp"), mm, scene.Filled(), "m.inp")
+    assert "pieces = keep" in found.scene
+    assert any("2 pieces share no nodes" in how for how in found.taken)
+    assert any("no density" in how for how in found.taken)
+    (tmp_path / "m.inp").write_text(found.mesh or "")
+    ends = "".join(f"probe p{z} = point(body, at = (5, 5, {z}) mm)\n" for z in (10, 25))
+    (tmp_path / "two.scene").write_text(found.scene + ends)
+    model = softmark.load(tmp_path / "two.scene").run().models["fe"]
+    for name in ("p10", "p25"):
+        assert model.probes[name].displacement[0, 2] == pytest.approx(0.1e-3, rel=1e-9)
+
+
+def test_pieces_that_overlap_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "two.inp").write_text(two_cubes(5.0))
+    with pytest.raises(Foreign, match="2 pieces, of which some overlap"):
         scene.written(formats.read(tmp_path / "two.inp"), units.told("mm-t-s", None, None, None), scene.Filled(), "x")
 
 

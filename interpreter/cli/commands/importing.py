@@ -56,7 +56,8 @@ def run(parsed: argparse.Namespace) -> int:
     for file in (target, mesh):
         print(visible(str(file)))
     problems = errors(load(str(target))[1])
-    show([*(_left(path, what) for what in found.left), *_turned(path, found), *problems])
+    show([*(_left(path, what) for what in found.left), *(_taken(path, how) for how in found.taken),
+          *_turned(path, found), *problems])  # fmt: skip
     return 2 if problems else 0
 
 
@@ -92,6 +93,11 @@ def _turned(path: Path, found: Written) -> list[Diagnostic]:
         return []
     remedy = "a scene turns them, which changes no shape; other programs may refuse such cells: number their nodes anew"
     return [Diagnostic("W751", visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
+
+
+def _taken(path: Path, how: str) -> Diagnostic:
+    remedy = "the scene has this as a comment too; if the file means something else, change the scene"
+    return Diagnostic("W752", visible(f"taken so ({path.name}): {how}"), None, None, help=remedy)
 
 
 def _left(path: Path, left: Left) -> Diagnostic:

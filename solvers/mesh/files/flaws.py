@@ -69,10 +69,10 @@ def _sound(points: Floats, number: Ints) -> None:
     )  # fmt: skip
 
 
-def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse") -> Mesh:
+def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse", pieces: str = "refuse") -> Mesh:
     """A mesh of one body whose cells have positive volume; nodes at one place are refused, merged or kept.
 
-    Raises UnreadableMesh.
+    Pieces that share no nodes are refused or kept. Raises UnreadableMesh.
     """
     points, cells, number = used(points, cells)
     if coincident == "merge":
@@ -82,7 +82,8 @@ def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse") 
     mesh = Mesh(points, cells, kind)
     if coincident == "refuse":
         _uncut(mesh, number)
-    _one_piece(mesh)
+    if pieces == "refuse":
+        _one_piece(mesh)
     sides = sides_of(mesh)
     _faces_of_two(mesh, *sides)
     _hinged(mesh, *sides[1:])
@@ -228,15 +229,26 @@ def _told(mesh: Mesh, part: Ints) -> str:
     return f"of {listed} cells; the smallest has cell {cell} at {at(mesh.points[mesh.cells[cell]].mean(axis=0))}"
 
 
+def _by_nodes(mesh: Mesh) -> Ints:
+    """Return which piece each node is of (n,): nodes of one cell are of one piece."""
+    width = mesh.cells.shape[1]
+    return components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
+
+
+def pieces_of(mesh: Mesh) -> int:
+    """Return how many pieces, which share no nodes, a mesh has."""
+    return int(_by_nodes(mesh).max()) + 1
+
+
 def _one_piece(mesh: Mesh) -> None:
     """Refuse islands."""
-    width = mesh.cells.shape[1]
-    part = components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
+    part = _by_nodes(mesh)
     count = int(part.max()) + 1
     if count > 1:
         raise UnreadableMesh(
             f"it falls into {count} parts that share no points, {_told(mesh, part[mesh.cells[:, 0]])}",
-            "E566", "a body is one piece: write each part to a file and declare a body of its own",
+            "E566", "a body is one piece: write each part to a file and declare a body of its own; or take "
+            "`pieces = keep` in `mesh(...)`, where supports, contact or `tied(...)` hold each piece",
         )  # fmt: skip
 
 
@@ -285,7 +297,7 @@ def _hinged(mesh: Mesh, cell: Ints, same: Ints) -> None:
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
     part = components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
     count = int(part.max()) + 1
-    if count == 1:
+    if count == pieces_of(mesh):
         return
     corners = mesh.cells[:, : len(set(np.array(mesh.element.facets)[:, : mesh.element.facet.corners].ravel()))]
     low, high = np.full(len(mesh.points), count), np.full(len(mesh.points), -1)

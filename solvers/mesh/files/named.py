@@ -8,18 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.files import abaqus_sets
 from softmark.solvers.mesh.group import Group
 from softmark.solvers.mesh.groups import faces_of
 from softmark.solvers.mesh.mesh import Ints
 
-CORNERS = abaqus_sets.SHELLS | {"triangle7": 3}
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.files.abaqus.groups import Members
+
+CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "triangle7": 3}
 VALUES = 1000  # different numbers on cells, more of which are a result and no names
 FACES, EDGES = ":faces", ":edges"
 
@@ -38,7 +40,9 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
     Raises UnreadableMesh.
     """
     if path.suffix.lower() == ".inp":
-        return _of_sets(abaqus_sets.read(path, data, kind, cells, element), cells, element)
+        from softmark.solvers.mesh.files.abaqus.groups import DeckGroups
+
+        return _of_sets(DeckGroups(data.deck, kind, cells, element).named(), cells, element)
     found: dict[str, Group] = {}
     for name, which in masks(data):
         own = _members(data, which, kind)
@@ -49,9 +53,12 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
     return found
 
 
-def _of_sets(sets: Mapping[str, abaqus_sets.Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
+def _of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
     found = {}
     for name, own in sets.items():
+        if own.nodes is not None:
+            found[name] = Group("nodes", own.nodes, 0, own.foreign)
+            continue
         faces = len(own.faces) or own.corners or own.foreign
         if len(own.cells) or not faces:
             found[name] = Group("cells", own.cells)

@@ -1,6 +1,6 @@
-"""Meshes from files, through meshio; Gmsh's first format, which meshio does not know, is read here.
+"""Meshes from files, through meshio; decks of Abaqus and CalculiX, and Gmsh's first format, have readers of their own.
 
-What it stops at though it is in order is put right on the way: sets of Abaqus, and Gmsh's elements without a group.
+meshio stops at Gmsh's elements without a group, though they are in order: that is put right on the way.
 """
 
 from __future__ import annotations
@@ -45,14 +45,15 @@ FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
 __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
-def read(path: str, unit: float, coincident: str = "refuse", named: bool = False) -> Mesh:
+def read(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
     """The solid cells of `path`, all of one kind, in m and turned to positive volume; with its groups if `named`.
 
-    Nodes that lie at one place are refused, merged or kept. Raises UnreadableMesh.
+    Nodes that lie at one place are refused, merged or kept; pieces that share no nodes are refused or kept.
+    Raises UnreadableMesh.
     """
     data = parsed(Path(path))
     before = as_written(data, Path(path), unit)
-    mesh = checked(before.points, before.cells, before.kind, coincident)
+    mesh = checked(before.points, before.cells, before.kind, coincident, pieces)
     return replace(mesh, groups=_groups(data, Path(path), before, mesh)) if named else mesh
 
 
@@ -89,10 +90,12 @@ def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]
             known = replace(own, members=groups.turned(own.members, over, mesh.element))
             there = int(groups.facets_in(replace(mesh, groups={name: known}), name).sum())
             found[name] = replace(known, inside=len(known.members) - there)
+        elif own.kind == "nodes":
+            found[name] = replace(own, members=groups.turned_nodes(own.members, over, mesh.element))
     return found
 
 
-def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Floats, Ints]:
+def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse") -> tuple[Floats, Ints]:
     """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
 
     Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.
@@ -100,7 +103,7 @@ def read_surface(path: str, unit: float, coincident: str = "refuse") -> tuple[Fl
     data = parsed(Path(path))
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
-        return surface(read(path, unit, coincident))
+        return surface(read(path, unit, coincident, pieces=pieces))
     return used(*_facets(data, unit))[:2]
 
 
@@ -229,10 +232,24 @@ def parsed(path: Path) -> Any:
             raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
     if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
         raise UnreadableMesh("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
+    if path.suffix.lower() == ".inp":
+        return _deck(path)
     import meshio
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
     return _tried(path, (k for k in kinds if k not in UNENDING))
+
+
+def _deck(path: Path) -> Any:
+    """Return the mesh of a deck of Abaqus or CalculiX with its sets. Raises UnreadableMesh."""
+    from softmark.solvers.mesh.files.abaqus.groups import DeckData
+    from softmark.solvers.mesh.files.abaqus.model import read_mesh
+
+    try:
+        with rationed(path):
+            return DeckData(read_mesh(path))
+    except (MemoryError, OSError) as error:
+        raise UnreadableMesh(f"it cannot be read ({_reason(error)})", remedy=AGAIN) from error
 
 
 def _with_groups(path: Path, kind: str) -> Any:
@@ -246,25 +263,7 @@ def _with_groups(path: Path, kind: str) -> Any:
         return meshio.read(file, kind)
 
 
-def _without_sets(path: Path, kind: str) -> Any:
-    """A file of Abaqus without its sets: meshio stops at many that are in order, and abaqus_sets.py reads them."""
-    import meshio
-
-    kept, keeps = [], True
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
-        if line.startswith("*") and not line.startswith("**"):
-            keyword = line[1:].partition(",")[0].strip().upper()
-            if keyword == "INCLUDE":  # whose path is that of the file
-                return meshio.read(path, kind)
-            keeps = keyword not in ("NSET", "ELSET", "SURFACE")
-        if keeps:
-            kept.append(line)
-    from meshio.abaqus._abaqus import read_buffer
-
-    return read_buffer(StringIO("".join(kept)))
-
-
-OWN = {"abaqus": _without_sets, "gmsh": _with_groups}  # what meshio does not read as it is
+OWN = {"gmsh": _with_groups}  # what meshio does not read as it is
 
 
 def _there(path: Path, remedy: str = AGAIN) -> None:
