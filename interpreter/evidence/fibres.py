@@ -111,7 +111,7 @@ def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Chec
     law = muscle.law
 
     def at(X: Floats) -> Stress:
-        psi = fibres.energy_of(law, axes_of(law)(X), law.bulk) if law.directed else law.finite_law().psi
+        psi = fibres.energy_of(law, axes_of(law)(X), law.bulk) if _directed(law) else law.finite_law().psi
         return EnergyStress(fibres.shortened(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]))
 
     stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
@@ -122,8 +122,8 @@ def _short_pressed(case: Case, points: Floats, cells: Any, kind: str, u: Floats,
     """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
-    plain = None if law.directed else split_of(law, "finite", law.young, law.poisson)
-    if plain is None and not law.directed:
+    plain = None if _directed(law) else split_of(law, "finite", law.young, law.poisson)
+    if plain is None and not _directed(law):
         raise Unchecked(f"a {type(law).__name__} does not come apart into shape and volume")
 
     def apart(X: Floats) -> Split:
@@ -134,6 +134,10 @@ def _short_pressed(case: Case, points: Floats, cells: Any, kind: str, u: Floats,
 
     some = plain or fibres.split_of(law, np.eye(3)[None])
     return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, apart=apart)
+
+
+def _directed(law: Any) -> bool:
+    return bool(getattr(law, "directed", False))
 
 
 def passive(case: Case) -> Case:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
+Stress = Callable[[Floats], Floats]  # F (n, 3, 3) -> first Piola-Kirchhoff stress P (n, 3, 3), Pa
 Scalar = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,): an energy density, Pa, or a measure of volume, no unit
 
 EPS = float(np.finfo(np.float64).eps)
@@ -96,3 +98,51 @@ def least_stretch(F: Floats) -> Floats:
     norm = np.sqrt(sum(np.einsum("ni,ni->n", s, s) for s in sides))
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.nan_to_num(np.abs(np.einsum("ni,ni->n", a, sides[0])) / norm)
+
+
+def with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
+    """P of F (n, 3, 3), Pa, and the error of its entries, Pa: of each point (n,) by differences, 0 by a formula."""
+    own = getattr(stress, "with_error", None)
+    return (stress(F), 0.0) if own is None else own(F)
+
+
+@dataclass(frozen=True)
+class FreeFaces:
+    """The stress of a plate whose faces are free, of a solid's: the stretch along z is that at which P33 = 0.
+
+    By halving: from 1 outward to where the sign of P33 changes, and then between.
+    """
+
+    solid: Stress
+
+    def __call__(self, F: Floats) -> Floats:
+        """P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError where no stretch frees the faces of stress."""
+        return self.with_error(F)[0]
+
+    def with_error(self, F: Floats) -> tuple[Floats, Any]:
+        """P (n, 3, 3) and the error of its entries, Pa. Raises ValueError where no stretch frees the faces."""
+        low, high, step = np.ones(len(F)), np.ones(len(F)), 1.25
+        for _ in range(40):
+            pulled, pushed = self._across(F, low) > 0.0, self._across(F, high) < 0.0
+            if not (pulled.any() or pushed.any()):
+                break
+            low, high = np.where(pulled, low / step, low), np.where(pushed, high * step, high)
+        else:
+            raise ValueError("a plate has no thickness that frees it of stress")
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            up = self._across(F, middle) < 0.0
+            low, high = np.where(up, middle, low), np.where(up, high, middle)
+        G = F.copy()
+        G[:, 2, 2] = 0.5 * (low + high)
+        P, error = with_error(self.solid, G)
+        P[:, 2, 2] = 0.0
+        return P, error
+
+    def _across(self, F: Floats, s: Floats) -> Floats:
+        """P33 (n,), Pa, at stretches s (n,) along z."""
+        G = F.copy()
+        G[:, 2, 2] = s
+        entry = getattr(self.solid, "entry", None)
+        found: Floats = self.solid(G)[:, 2, 2] if entry is None else entry(G, 2, 2)
+        return found

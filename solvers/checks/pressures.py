@@ -16,7 +16,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.differences import EnergyStress
+from softmark.solvers.checks.differences import EnergyStress, with_error
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
 from softmark.solvers.elements import CELLS
 from softmark.solvers.materials.varying import Varying, arrays
@@ -171,8 +171,8 @@ class Pressed:
                 p = known[at[some]] @ N.T
                 np.add.at(lacking, at[some], (w * (g - each * p)) @ N)
             stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
-            P, error = solids.with_error(split.shape, flat)
-            slope, off = solids.with_error(split.dg, flat)
+            P, error = with_error(split.shape, flat)
+            slope, off = with_error(split.dg, flat)
             P = (P + p.reshape(-1, 1, 1) * slope).reshape(F.shape)
             unsure = np.abs(w) * np.broadcast_to(error + off * np.abs(p.ravel()), w.size).reshape(w.shape)
             local = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)

@@ -13,7 +13,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.differences import EnergyStress, Scalar
+from softmark.solvers.checks.differences import EnergyStress, FreeFaces, Scalar, with_error
 from softmark.solvers.checks.pressures import Pressed, Split, at_points, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm
 from softmark.solvers.materials.varying import with_constants
@@ -48,7 +48,7 @@ class VaryingBody(CheckedBody):
             w = w * X[..., 0] if self.depth else w  # of whole rings
             share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
             mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
-        return solids.with_error(term.of(mu.ravel(), lam.ravel()), F)
+        return with_error(term.of(mu.ravel(), lam.ravel()), F)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
 def relaxed(term: VaryingTerm) -> VaryingTerm:
     """The same in a plate whose faces are free."""
     of = term.of
-    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: solids.FreeFaces(of(mu, lam)))
+    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
 
 
 def pressed(material: Any, strain: str, constants: Constants) -> Callable[[Floats], Split]:

@@ -20,7 +20,7 @@ from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.differences import EnergyStress
+from softmark.solvers.checks.differences import EnergyStress, FreeFaces
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
 from softmark.solvers.elements import CELLS
@@ -259,7 +259,7 @@ def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     terms, stiff = _of_solid(model, case)
     if case.material.thin:
-        return tuple(replace(term, stress=solids.FreeFaces(term.stress)) for term in terms), stiff
+        return tuple(replace(term, stress=FreeFaces(term.stress)) for term in terms), stiff
     return terms, stiff
 
 
