@@ -18,6 +18,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import reaction_check, softening
+from softmark.interpreter.evidence.held import misplaced
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
@@ -146,6 +147,11 @@ def _checked(
             found |= own
             if behind is not None:
                 return found, behind
+    if voucher.holds and solution.mesh is not None and solution.mesh.kind in CELLS:
+        off, support = misplaced(case, solution.mesh)
+        found |= {"misplaced": off}
+        if support is not None:
+            return found, f"`{support}` does not hold the body where it should: {off:.1e} of its size is lacking"
     try:
         result, claimed = voucher.balance(looked)
     except Unchecked as reason:
