@@ -399,7 +399,8 @@ WALL = "support wall = fixed(bar, where = x <= 0 mm)\n"
 SUPPORT_TEXTS: dict[str, str] = {
     "fixed": WALL.replace("wall", "held"),
     "displaced": WALL + "support held = displaced(bar, where = x >= 20 mm, by = (2, 1, 0) mm)",
-    "turned": WALL + "support held = turned(bar, where = x >= 20 mm, axis = +x, angle = 20 deg, through = (0, 5, 5) mm)",
+    "turned": WALL + "support held = turned(bar, where = x >= 20 mm, axis = +x, angle = 20 deg,"
+                     " through = (0, 5, 5) mm)",
     "symmetric": "support held = symmetric(bar, where = x <= 0 mm)\nsupport side = symmetric(bar, where = y <= 0 mm)\n"
                  "support below = symmetric(bar, where = z <= 0 mm)",
     "bedded": "support held = bedded(bar, where = x <= 0 mm, stiffness = 1 kPa/mm)",
@@ -411,6 +412,10 @@ NO_REACTION = {
     "hinged": "networks of beams only: `tests/interpreter/test_networks.py` breaks their reactions",
     "follows": "it needs a file of tracked points: its motion is measured, and its reaction that of `displaced`",
 }
+
+
+def _more(vector: Any) -> tuple[float, ...]:
+    return tuple(BREAK * v for v in vector)
 
 
 def support_text(name: str) -> str:
@@ -431,7 +436,7 @@ def test_a_wrong_reaction_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) ->
     def wrong(*arguments: Any) -> Any:
         found = dict(right(*arguments))
         own = found["held"]
-        found["held"] = dataclasses.replace(own, force=tuple(BREAK * f for f in own.force))
+        found["held"] = dataclasses.replace(own, force=_more(own.force), moment=_more(own.moment))
         return found
 
     monkeypatch.setattr(at_rest, "reactions", wrong)
