@@ -6,6 +6,7 @@ that is added fails with its name. Laws, elements, loads and supports by themsel
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import pkgutil
 from collections.abc import Iterator
@@ -17,8 +18,14 @@ import pytest
 
 import softmark
 import softmark.solvers
+from softmark.interpreter.models.fem import seeping
 from softmark.interpreter.vocabulary import CONTACTS
+from softmark.interpreter.vocabulary.supports import PorePressure
+from softmark.solvers.contact import rubbing
 from softmark.solvers.energies.energy import Energy
+from softmark.solvers.materials.biphasic import Biphasic
+from softmark.solvers.materials.relaxing import Relaxing
+from softmark.solvers.mesh import interpolation
 
 BREAK = 1.05
 QUICK = ("Elastic", "Touching", "Springs")
@@ -110,8 +117,8 @@ TEXTS: dict[str, str] = {
     "ElementRotation": BAR.format(nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"),
     "Springs": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
     "DeadForces": BAR.format(nu=0.3, model="fem(tet10, strain = small, size = 7 mm)"),
-    "FollowerPressure": ROUND.format(nu=0.3, element="quad8").replace("axisymmetric(flat, gel)", "plane_strain(flat, gel,"
-                                     " thickness = 5 mm)").replace("press = pressure", "press = pressure"),
+    "FollowerPressure": ROUND.format(nu=0.3, element="quad8").replace(
+        "axisymmetric(flat, gel)", "plane_strain(flat, gel, thickness = 5 mm)"),
     "FaceMoment": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
         "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",
         "torque(bar, where = x >= 20 mm, moment = (5e-4, 1e-4, 0) N*m)"),
@@ -206,13 +213,84 @@ def test_wrong_forces_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     assert found, f"forces of {name} are 5 % wrong, and nothing is said"
 
 
+RUBS = PRESSED.format(nu=0.3, more="", moved=DOWN, friction=", friction = 0.4")
+RELAXES = """analysis wait = quasistatic(duration = 2 s, step = 1 s, times = [2] s)
+""" + BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)").replace(
+    "load pull", "material soft = viscous(gel, g = [0.5], tau = [1] s, of = whole)\nload pull"
+).replace("mm), gel)", "mm), soft)")
+AT_A_POINT = BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)").replace(
+    "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",
+    "point_force(bar, at = (14, 6, 4) mm, vector = (0.05, 0.02, -0.05) N)",
+)
+DRAINED = {
+    "drained": "drained(bar, where = y >= 5 mm)",
+    "pore_pressure": "pore_pressure(bar, where = y >= 5 mm, value = 200 Pa)",
+}
+
+
 @pytest.mark.slow
 def test_wrong_friction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The part of the forces of a rubbing surface that lies along it."""
-    from softmark.solvers.contact import rubbing
+    """The traction along a surface that rubs on a rigid body."""
+    must_be_right(RUBS)
+    right = rubbing.Rubbing._traction
+    monkeypatch.setattr(rubbing.Rubbing, "_traction", lambda self, x, n, most: BREAK * right(self, x, n, most))
+    assert said_of(RUBS)
 
-    text = PRESSED.format(nu=0.3, more="", moved=DOWN, friction=", friction = 0.4")
+
+@pytest.mark.slow
+def test_wrong_memory_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The stress that the past of a viscoelastic solid has left."""
+    must_be_right(RELAXES)
+    right = Relaxing.P
+
+    def wrong(self: Relaxing, F: Any) -> Any:
+        return right(self, F) + (BREAK - 1.0) * self.measure.pulled(F, self._held)
+
+    monkeypatch.setattr(Relaxing, "P", wrong)
+    assert said_of(RELAXES)
+
+
+@pytest.mark.slow
+def test_wrong_flow_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The permeability of a porous solid."""
+    text = POROUS.format(open=DRAINED["drained"])
     must_be_right(text)
-    right = rubbing.Rubbing._tractions if hasattr(rubbing.Rubbing, "_tractions") else None
-    if right is None:
-        pytest.skip("its tractions have another name")
+    right = Biphasic.permeable
+    monkeypatch.setattr(Biphasic, "permeable", lambda self, J: BREAK * right(self, J))
+    assert said_of(text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DRAINED)
+def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pressure that a support imposes on the fluid: 10 Pa more."""
+    text = POROUS.format(open=DRAINED[name])
+    must_be_right(text)
+    right = seeping._held
+
+    def wrong(*arguments: Any) -> Any:
+        found, facets = right(*arguments)
+        more = {
+            b: dataclasses.replace(d, thing=PorePressure("bar", d.thing.where, d.thing.pressure + 10.0))
+            for b, d in found.items()
+        }
+        return more, facets
+
+    monkeypatch.setattr(seeping, "_held", wrong)
+    assert said_of(text)
+
+
+@pytest.mark.slow
+def test_a_point_that_is_taken_for_another_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shape functions at the point of a force, which still add up to one."""
+    must_be_right(AT_A_POINT)
+    right = interpolation._beyond
+
+    def wrong(*arguments: Any) -> Any:
+        N = np.array(right(*arguments))
+        N[:, 0] += 0.05
+        N[:, 1] -= 0.05
+        return N
+
+    monkeypatch.setattr(interpolation, "_beyond", wrong)
+    assert said_of(AT_A_POINT)

@@ -407,8 +407,8 @@ SUPPORT_TEXTS: dict[str, str] = {
     "level": WALL.replace("x <= 0 mm", "x <= 0 mm and y <= 5 mm") + "support held = level(bar, where = x >= 20 mm)",
 }  # fmt: skip
 NO_REACTION = {
-    "drained": "it holds the pressure of a fluid: `test_a_wrong_pore_pressure_is_seen`",
-    "pore_pressure": "it holds the pressure of a fluid: `test_a_wrong_pore_pressure_is_seen`",
+    "drained": "it holds the pressure of a fluid: test_broken_energies.py",
+    "pore_pressure": "it holds the pressure of a fluid: test_broken_energies.py",
     "hinged": "networks of beams only: `tests/interpreter/test_networks.py` breaks their reactions",
     "follows": "it needs a file of tracked points: its motion is measured, and its reaction that of `displaced`",
 }
