@@ -210,13 +210,23 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
 
 
 def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning where forces should have been found again and were not, for whatever reason."""
-    if found.get("residual", 0.0) is not None:
-        return
-    yield diagnostic(
+    """A warning for all that should have been found again and was not, for whatever reason."""
+    if found.get("residual", 0.0) is None:
+        yield _unchecked(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
+    elif "reason" in (pressed := found.get("pressed", {})):
+        what = f"what loads press rigid bodies with in `{declared.name}` was not found again"
+        yield _unchecked(declared, f"{what}: {pressed['reason']}")
+    for name, contact in found.get("contact", {}).items():
+        if "reason" in contact and found.get("residual", 0.0) is not None:
+            what = f"whether `{declared.name}` lies within the rigid body of `{name}` was not looked at"
+            yield _unchecked(declared, f"{what}: {contact['reason']}")
+
+
+def _unchecked(declared: Declared, what: str) -> Diagnostic:
+    return diagnostic(
         "W353",
         declared.at(),
-        f"the forces of `{declared.name}` were not found again: {found['reason']}",
+        what,
         "not checked by other formulas",
         "its answer stands on the word of its solver alone; compare it with another model",
     )

@@ -111,7 +111,8 @@ metric down = displacement(tip, along = -y)
 TEXTS: dict[str, str] = {
     "Elastic": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)"),
     "MixedSolid": BAR.format(nu=0.5, model="fem(hex8, strain = finite, formulation = mixed, size = 5 mm)"),
-    "MeanDilatation": BAR.format(nu=0.45, model="fem(hex8, strain = finite, formulation = mean_dilatation, size = 5 mm)"),
+    "MeanDilatation": BAR.format(
+        nu=0.45, model="fem(hex8, strain = finite, formulation = mean_dilatation, size = 5 mm)"),
     "Together": BAR.format(nu=0.45, model="fem(hex8, strain = finite, integration = selective, size = 5 mm)"),
     "CorotationalTets": BAR.format(nu=0.3, model="fem(tet4, strain = corotational, size = 7 mm)"),
     "ElementRotation": BAR.format(nu=0.3, model="fem(hex8, strain = corotational, rotation = element, size = 5 mm)"),
@@ -214,11 +215,11 @@ def test_wrong_forces_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 RUBS = PRESSED.format(nu=0.3, more="", moved=DOWN, friction=", friction = 0.4")
-RELAXES = """analysis wait = quasistatic(duration = 2 s, step = 1 s, times = [2] s)
-""" + BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)").replace(
+HEXES = BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)")
+RELAXES = "analysis wait = quasistatic(duration = 2 s, step = 1 s, times = [2] s)\n" + HEXES.replace(
     "load pull", "material soft = viscous(gel, g = [0.5], tau = [1] s, of = whole)\nload pull"
 ).replace("mm), gel)", "mm), soft)")
-AT_A_POINT = BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 10 mm)").replace(
+AT_A_POINT = HEXES.replace(
     "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",
     "point_force(bar, at = (14, 6, 4) mm, vector = (0.05, 0.02, -0.05) N)",
 )
