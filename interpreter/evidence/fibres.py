@@ -15,7 +15,8 @@ from softmark.interpreter.language.profiles import Streams
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.fibres import Helix
-from softmark.solvers.checks import fibres, laws
+from softmark.solvers.checks import fibres
+from softmark.solvers.checks.differences import EnergyStress
 from softmark.solvers.checks.pressures import Pressed, Split, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, Stress, StressTerm
 from softmark.solvers.checks.varying import VaryingPressed
@@ -74,13 +75,6 @@ def axes_of(law: Any) -> fibres.Axes:
     return axes
 
 
-def _known(case: Case) -> Any:
-    material = case.material
-    if not fibres.known(material):
-        raise Unchecked(f"there is no other formula for a {type(material).__name__} of this law")
-    return material
-
-
 TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
 
 
@@ -88,19 +82,21 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Che
     """Some cells of one material, deformed. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
         return _short(case, points, cells, kind, u)
-    material = _known(case)
-    axes, K = axes_of(material), float(material.bulk or 0.0)
+    material: Any = case.material
+    axes = axes_of(material)
     stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
-    return fibres.DirectedBody(
-        points, cells, kind, u, TERM, stiff, False, case.depth, lambda X: fibres.stress_of(material, axes(X), K)
-    )
+
+    def at(X: Floats) -> Stress:
+        return EnergyStress(fibres.energy_of(material, axes(X), material.bulk))
+
+    return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, at)
 
 
 def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
     """The same with pressures. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
         return _short_pressed(case, points, cells, kind, u, pressures)
-    material = _known(case)
+    material: Any = case.material
     axes, mu = axes_of(material), material.shear_modulus
     anywhere = fibres.split_of(material, np.eye(3)[None])
     return VaryingPressed(
@@ -115,8 +111,8 @@ def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Chec
     law = muscle.law
 
     def at(X: Floats) -> Stress:
-        within = fibres.stress_of(law, axes_of(law)(X), float(law.bulk or 0.0)) if fibres.known(law) else _stress(law)
-        return fibres.shortened(within, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        psi = fibres.energy_of(law, axes_of(law)(X), law.bulk) if _directed(law) else law.finite_law().psi
+        return EnergyStress(fibres.shortened(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]))
 
     stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
     return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, at)
@@ -126,26 +122,22 @@ def _short_pressed(case: Case, points: Floats, cells: Any, kind: str, u: Floats,
     """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
-    plain = None if fibres.known(law) else split_of(law, "finite", law.young, law.poisson)
-    if plain is None and not fibres.known(law):
-        raise Unchecked(f"there is no other formula for a {type(law).__name__} with pressures")
+    plain = None if _directed(law) else split_of(law, "finite", law.young, law.poisson)
+    if plain is None and not _directed(law):
+        raise Unchecked(f"a {type(law).__name__} does not come apart into shape and volume")
 
     def apart(X: Floats) -> Split:
         split = fibres.split_of(law, axes_of(law)(X)) if plain is None else plain
-        shape = fibres.shortened(split.shape, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
-        return replace(split, shape=shape)
+        of: Any = split.shape
+        psi = fibres.shortened(of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        return replace(split, shape=EnergyStress(psi))
 
     some = plain or fibres.split_of(law, np.eye(3)[None])
     return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, apart=apart)
 
 
-def _stress(law: Any) -> Stress:
-    """That of a law without fibres; of one that is not written out a second time, as it is."""
-    if laws.known(law):
-        stress: Stress = laws.Written(law).terms(False)[0]
-        return stress
-    found: Stress = law.finite_law().P
-    return found
+def _directed(law: Any) -> bool:
+    return bool(getattr(law, "directed", False))
 
 
 def passive(case: Case) -> Case:

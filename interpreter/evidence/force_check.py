@@ -18,6 +18,7 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import reaction_check, softening
+from softmark.interpreter.evidence.held import misplaced
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
@@ -146,6 +147,11 @@ def _checked(
             found |= own
             if behind is not None:
                 return found, behind
+    if voucher.holds and solution.mesh is not None and solution.mesh.kind in CELLS:
+        off, support = misplaced(case, solution.mesh)
+        found |= {"misplaced": off}
+        if support is not None:
+            return found, f"`{support}` does not hold the body where it should: {off:.1e} of its size is lacking"
     try:
         result, claimed = voucher.balance(looked)
     except Unchecked as reason:
@@ -204,13 +210,23 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
 
 
 def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning where forces should have been found again and were not, for whatever reason."""
-    if found.get("residual", 0.0) is not None:
-        return
-    yield diagnostic(
+    """A warning for all that should have been found again and was not, for whatever reason."""
+    if found.get("residual", 0.0) is None:
+        yield _unchecked(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
+    elif "reason" in (pressed := found.get("pressed", {})):
+        what = f"what loads press rigid bodies with in `{declared.name}` was not found again"
+        yield _unchecked(declared, f"{what}: {pressed['reason']}")
+    for name, contact in found.get("contact", {}).items():
+        if "reason" in contact and found.get("residual", 0.0) is not None:
+            what = f"whether `{declared.name}` lies within the rigid body of `{name}` was not looked at"
+            yield _unchecked(declared, f"{what}: {contact['reason']}")
+
+
+def _unchecked(declared: Declared, what: str) -> Diagnostic:
+    return diagnostic(
         "W353",
         declared.at(),
-        f"the forces of `{declared.name}` were not found again: {found['reason']}",
+        what,
         "not checked by other formulas",
         "its answer stands on the word of its solver alone; compare it with another model",
     )

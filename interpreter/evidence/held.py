@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,8 +11,11 @@ from softmark.interpreter.evidence.materials import INWARD
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case, Touch
 from softmark.interpreter.problem.members import apart, of_cells, of_facets, of_nodes
+from softmark.solvers.checks.rubbing import taken
 
 Floats = NDArray[np.float64]
+PLACED = 1e-6  # of the motion that a support imposes: what may be lacking of it, in single precision too
+ROUNDED = 1e-9  # of the size of the body: what rounding may leave
 
 
 def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
@@ -37,6 +42,31 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
         for c in support.thing.components:
             found[:, c] |= where
     return found
+
+
+def misplaced(case: Case, mesh: Moved) -> tuple[float, str | None]:
+    """The largest distance of held nodes from where supports ask for them, relative to the size; and of which support.
+
+    The motion is found again: a vector, or a turn by quaternions. Supports that follow measured points are left out.
+    The name is that of the support where more is left than rounding explains, and None otherwise.
+    """
+    u, worst, name = np.asarray(mesh.displacement, dtype=np.float64), 0.0, None
+    X = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
+    for support in case.supports:
+        thing = support.thing
+        if thing.tracked is not None:
+            continue
+        asked = taken(
+            X, np.array(thing.displacement), np.array(thing.rotation), np.array(getattr(thing, "through", X[0]))
+        )
+        own = held(replace(case, supports=(support,)), mesh)
+        size = mesh.mesh.extent + float(np.abs(asked - X).max(initial=0.0))
+        off = float(np.abs((u - (asked - X))[own]).max(initial=0.0)) / size
+        moved = float(np.abs((asked - X)[own]).max(initial=0.0)) / size
+        if off > worst:
+            worst = off
+            name = support.name if off > PLACED * moved + ROUNDED else name
+    return worst, name
 
 
 def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:

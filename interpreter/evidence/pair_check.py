@@ -6,29 +6,124 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.interpreter.evidence.load_check import sampled, selected
 from softmark.interpreter.evidence.unchecked import Unchecked
+from softmark.interpreter.models.shared.contacting import size_of
 from softmark.interpreter.models.shared.pairing import pairs_on
+from softmark.interpreter.vocabulary.pairs import Tied
+from softmark.solvers.checks import solids
+from softmark.solvers.contact.skin import pieces_of
+from softmark.solvers.elements.facets import FACETS
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Moved
     from softmark.interpreter.problem.case import Case
-    from softmark.solvers.checks.solids import Floats
+    from softmark.solvers.checks.solids import Floats, Ints
+
+AGREE = 0.02  # of the forces of a pair: edges that are kept from edges are 0.6 % of them in shipped scenes
+LITTLE = 1e-6  # of the stiffness of a barrier: pressures that are none
+ASIDE = 1e-3  # of the reach of a tie: how straight across a point must lie
+FACING = -0.5  # of two unit normals: surfaces that look at each other
+NEWTON = 6  # iterations for local coordinates of a point on a facet
 
 
 def of_pairs(case: Case, mesh: Moved, u: Floats) -> dict[str, Floats]:
     """Forces on the nodes (n, 3), N, of every contact of the body with itself and of every tie, by its name.
 
-    Raises Unchecked.
+    The solver's own, where forces that are found without it agree with them as well as these can tell: a barrier also
+    keeps edges from edges, faintly, and a tie is sampled here where the solver cuts polygons. Raises Unchecked.
     """
     found = {}
     each: dict[str, Any] = pairs_on(case, mesh.mesh)
     for name, pair in each.items():
         g = np.zeros(u.size)
-        (pair.pressing if pair.rubs else pair).add_gradient(u.ravel(), g)
+        if isinstance(declared := next(p.thing for p in case.pairs if p.name == name), Tied):
+            pair.add_gradient(u.ravel(), g)
+            again, little = _glued(case, declared, pair, mesh, u), 0.0
+        else:
+            pressing = pair.pressing if pair.rubs else pair
+            pressing.add_gradient(u.ravel(), g)
+            again, little = _pressed(pressing, u.ravel()), LITTLE * pressing.stiffness * float(pressing.skin.A.sum())
+        apart = float(np.linalg.norm(g + again.ravel()))
+        if apart > AGREE * float(np.linalg.norm(g)) + little:
+            raise Unchecked(f"the forces of `{name}` are {apart / float(np.linalg.norm(g)):.1e} of them away from "
+                            "those of other formulas, which vouch for no less")  # fmt: skip
         if pair.rubs:
             g -= _rubbed(name, pair, mesh, u.ravel())
         found[name] = -g.reshape(-1, 3)
     return found
+
+
+def _pressed(pressing: Any, u: Floats) -> Floats:
+    """What a barrier does to the nodes (3 n,), N, from its samples: half of each surface, on both."""
+    from softmark.solvers.checks import sliding
+
+    skin = pressing.skin
+    V = skin.places(u)
+    p, x = V[skin.corners :], V[: skin.corners]
+    pairs = sliding.near(p, x, skin.faces, pressing.distance)
+    pairs = pairs[_other(skin, pairs[:, 0], pairs[:, 1], pressing.alone)]
+    f, back = sliding.pressed(p, x, skin.faces, pairs, 0.5 * skin.A, pressing.distance, pressing.stiffness)
+    found: Floats = skin.M.T @ np.concatenate([back, f]).ravel()
+    return found
+
+
+def _glued(case: Case, tie: Any, pair: Any, mesh: Moved, u: Floats) -> Floats:
+    """What a tie does to the nodes (n, 3), N: springs from points of each surface straight across to the other."""
+    from softmark.interpreter.vocabulary.pairs import REACH
+
+    swept = selected(tie.where, case, mesh.mesh)
+    facets = np.unique(np.concatenate([np.concatenate([whole, parts[0]]) for whole, parts, _ in swept]), axis=0)
+    of, reach = pieces_of(mesh.mesh), tie.reach or REACH * size_of(case, mesh.mesh)
+    piece, found = of[facets[:, 0]], np.zeros_like(u)
+    for a in range(int(of.max())):
+        one, other = facets[piece == a], facets[piece > a]
+        if len(one) and len(other):
+            found += _across(mesh.points, one, other, u, pair.stiffness, reach, case.depth)
+    return found
+
+
+def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: float, depth: float) -> Floats:
+    """Forces (n, 3), N, of springs of k, Pa/m, between facets `one` (f, a) and those of `other` that lie on them."""
+    from softmark.solvers.checks import sliding
+
+    found, kind = np.zeros_like(u), other.shape[1]
+    split = np.array(FACETS[kind].triangles)
+    triangles, home = other[:, split].reshape(-1, 3), np.repeat(np.arange(len(other)), len(split))
+    for facets, xi, w in sampled(one):
+        N, dN = solids.shape(facets.shape[1], xi), solids.slope(facets.shape[1], xi)
+        X = np.einsum("pa,pai->pi", N, points[facets])
+        n = np.cross(*np.einsum("pai,paj->jpi", points[facets], dN))
+        A = w * np.linalg.norm(n, axis=1)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        A = A * (2.0 * np.pi * X[:, 0] / depth if depth else 1.0)
+        pairs = sliding.near(X, points, triangles, reach)
+        foot = sliding.feet(X[pairs[:, 0]], points[triangles[pairs[:, 1]]])
+        off, m = X[pairs[:, 0]] - foot, n[pairs[:, 0]]
+        height = (off * m).sum(axis=1)
+        aside = np.linalg.norm(off - height[:, None] * m, axis=1)
+        facing = (sliding.normals(points[triangles[pairs[:, 1]]]) * m).sum(axis=1) < FACING
+        good = np.flatnonzero((np.abs(height) < reach) & (aside < ASIDE * reach) & facing)
+        good = good[np.unique(pairs[good, 0], return_index=True)[1]]  # on a side of two triangles either will do
+        at, corners = pairs[good, 0], other[home[pairs[good, 1]]]
+        M = solids.shape(kind, _local(points[corners], foot[good]))
+        apart = np.einsum("pa,pai->pi", N[at], u[facets[at]]) - np.einsum("pa,pai->pi", M, u[corners])
+        f = k * A[at, None] * apart
+        np.add.at(found, facets[at], -N[at][:, :, None] * f[:, None])
+        np.add.at(found, corners, M[:, :, None] * f[:, None])
+    return found
+
+
+def _local(corners: Floats, X: Floats) -> Floats:
+    """Local points (p, 2) of places X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss and Newton."""
+    kind = corners.shape[1]
+    xi = np.tile(solids.places(kind).mean(axis=0), (len(X), 1))
+    for _ in range(NEWTON):
+        left = X - np.einsum("pa,pai->pi", solids.shape(kind, xi), corners)
+        J = np.einsum("pai,paj->pij", corners, solids.slope(kind, xi))
+        square = np.einsum("pij,pik->pjk", J, J)
+        xi = xi + np.linalg.solve(square, np.einsum("pij,pi->pj", J, left)[:, :, None])[:, :, 0]
+    return xi
 
 
 def _rubbed(name: str, pair: Any, mesh: Moved, u: Floats) -> Floats:

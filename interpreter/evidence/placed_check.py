@@ -2,8 +2,8 @@
 
 What solves finds where a line passes from cell to cell. Here nothing is known of faces: a stretch of the line is
 halved as long as two rules of Lobatto's find other forces at any node. These look at the ends as well, without which a
-face that is passed shortly before an end would be seen by neither. The two ways share how a point is found in a
-mesh, and no more.
+face that is passed shortly before an end would be seen by neither. The two ways share in which cell a point lies, and
+no more: where it lies there is found again.
 """
 
 from __future__ import annotations
@@ -17,13 +17,17 @@ from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.loads import AtPoint, PerLength
-from softmark.solvers.checks.solids import Floats
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.solids import Floats, Ints
 from softmark.solvers.mesh.interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
 
 RULES = (5, 8)  # points on a stretch
 AGREE = 1e-11  # of the length of the line: what two rules may differ by on a stretch
 HALVED = 30  # times
+NEWTON = 12  # iterations for local coordinates, which are quadratic in them at most
+BEYOND = 0.2  # of local coordinates: no iteration leaves its cell by more
+SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell, and by a linear continuation
 
 
 def placed(load: AtPoint | PerLength, case: Case, mesh: Moved) -> tuple[Floats, float]:
@@ -44,14 +48,34 @@ def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
 
 def _at_point(load: AtPoint, mesh: Moved) -> Floats:
     """The force at the nodes around its point: their shares add up to one, and their places to the point."""
-    place = locate(mesh.mesh, np.array([load.at]))
+    nodes, N = _within_cells(mesh.mesh, np.array([load.at]))
     found: Floats = np.zeros_like(mesh.points)
-    N, nodes = place.N[0], place.nodes[0]
-    away = np.linalg.norm(N @ mesh.points[nodes] - np.array(load.at))
-    if abs(N.sum() - 1.0) > 1e-9 or away > 1e-6 * mesh.mesh.extent:
-        raise Unchecked("the point that a force acts at lies outside the mesh")
-    np.add.at(found, nodes, N[:, None] * np.array(load.force))
+    np.add.at(found, nodes[0], N[0][:, None] * np.array(load.force))
     return found
+
+
+def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
+    """Nodes (n, a) of the cells that points X (n, 3), m, lie in, and shape functions there (n, a), by Newton's method.
+
+    Of points beside their cell, where a mesh cuts a curved surface short, the linear continuation is taken as it is.
+    Raises Unchecked where shape functions do not add up to the point.
+    """
+    place = locate(mesh, X)
+    corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()
+    low, high = solids.places(kind).min(axis=0), solids.places(kind).max(axis=0)
+    xi = np.tile(solids.places(kind).mean(axis=0), (len(X), 1))
+    for _ in range(NEWTON):
+        left = X - np.einsum("na,nai->ni", solids.shape(kind, xi), corners)
+        J = np.einsum("nai,naj->nij", corners, solids.slope(kind, xi))
+        xi = np.clip(xi + np.linalg.solve(J, left[:, :, None])[:, :, 0], low - BEYOND, high + BEYOND)
+    own = solids.shape(kind, xi)
+    inside = np.linalg.norm(np.einsum("na,nai->ni", own, corners) - X, axis=1) <= SAME * mesh.extent
+    inside &= ((xi >= low - SAME) & (xi <= high + SAME)).all(axis=1)
+    N[inside] = own[inside]
+    away = np.linalg.norm(np.einsum("na,nai->ni", N, corners) - X, axis=1)
+    if np.any(away > CLOSE * mesh.extent) or np.any(np.abs(N.sum(axis=1) - 1.0) > SAME):
+        raise Unchecked("a point that a force acts at lies outside the mesh")
+    return place.nodes, N
 
 
 def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
@@ -85,7 +109,7 @@ def _shares(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> 
     x, w = _lobatto(rule)
     step = np.diff(ends, axis=1)
     s, weights = ends[:, :1] + 0.5 * step * (x + 1.0), 0.5 * step * w
-    place = locate(mesh, begin + s.ravel()[:, None] * way)
-    rows = np.repeat(np.arange(len(ends)), rule * place.nodes.shape[1])
-    values = (weights.ravel()[:, None] * place.N).ravel()
-    return coo_array((values, (rows, place.nodes.ravel())), shape=(len(ends), len(mesh.points)))
+    nodes, N = _within_cells(mesh, begin + s.ravel()[:, None] * way)
+    rows = np.repeat(np.arange(len(ends)), rule * nodes.shape[1])
+    values = (weights.ravel()[:, None] * N).ravel()
+    return coo_array((values, (rows, nodes.ravel())), shape=(len(ends), len(mesh.points)))

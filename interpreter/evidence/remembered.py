@@ -12,8 +12,9 @@ from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.solvers.checks import hereditary, solids
+from softmark.solvers.checks.differences import EnergyStress
 from softmark.solvers.checks.hereditary import Course, Measure, RememberingBody, RememberingPressed
-from softmark.solvers.checks.pressures import Pressed, isochoric
+from softmark.solvers.checks.pressures import Pressed
 from softmark.solvers.checks.solids import Floats
 
 MOST = 2e9  # numbers that a past may be looked through
@@ -39,18 +40,16 @@ def _measure(material: Any, strain: str) -> Measure:
 
 
 def _part(material: Any, strain: str) -> solids.Stress:
-    """The stress that relaxes: by formulas of the checks where they have one, else by the law of the material."""
+    """The stress that relaxes: Hooke's law, or at finite strain differences of the energy density. Raises Unchecked."""
     E, nu = material.young, material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), 0.0 if nu == 0.5 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     if strain != "finite":
         hooke = solids.small_stress if strain == "small" else solids.corotational_stress
         return hooke(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
-    own = None if material.of == "whole" else isochoric(material.law, mu)
-    if own is not None:
-        return own
-    from softmark.solvers.materials.relaxing import series_of
-
-    return series_of(material, strain).part.P
+    part = material.finite_law() if material.of == "whole" else material.law.isochoric()
+    if part is None:
+        raise Unchecked(f"no part of a {type(material.law).__name__} relaxes in finite strain")
+    return EnergyStress(part.psi)
 
 
 def remembering(made: Any, course: Course) -> Any:

@@ -15,6 +15,8 @@ from softmark.interpreter.problem.members import apart, of_facets
 from softmark.solvers.checks.pores import Soaked
 from softmark.solvers.checks.solids import EPS, Floats
 
+IMPOSED = 1e-9  # of the largest pressure: what rounding leaves of those that are imposed
+
 
 def skeleton(case: Case) -> Case:
     """The case of its drained skeleton."""
@@ -43,11 +45,29 @@ def fluid_of(case: Case, mesh: Moved, u: Floats, small: bool) -> tuple[Floats, f
         raise Unchecked(str(reason)) from reason
     amiss[held(case, mesh)] = 0.0
     whole = mesh.mesh.volumes
+    other = _not_as_asked(case, mesh) * float(np.cbrt(whole.mean())) ** 2
     unit = case.material.shear_modulus / float(np.cbrt(whole.mean()))
     around = 2.0 * np.pi * float(np.abs(mesh.points[:, 0]).max()) / case.depth if case.depth else 1.0
     stages = 12.0  # volumes that are subtracted of one another, each to rounding
     noise += stages * EPS * unit * around * float(np.linalg.norm(whole))
-    return f, unit * float(np.linalg.norm(amiss)), noise
+    return f, float(np.hypot(unit * np.linalg.norm(amiss), other)), noise
+
+
+def _not_as_asked(case: Case, mesh: Moved) -> float:
+    """How far pressures of the fluid are from those that supports impose, Pa: a norm over nodes, 0 within rounding."""
+    p, found = np.zeros(len(mesh.points)), 0.0
+    pressures = -np.asarray(mesh.pressures)
+    p[mesh.cells[:, : pressures.shape[1]]] = pressures
+    corner = np.zeros(len(p), dtype=np.bool_)
+    corner[mesh.cells[:, : pressures.shape[1]]] = True
+    size = float(np.abs(p).max(initial=0.0))
+    for drain in case.drains:
+        where = held(replace(case, drains=(drain,)), mesh) & corner  # what two have is the first's
+        own = p[where] - drain.thing.pressure
+        corner &= ~where
+        if float(np.abs(own).max(initial=0.0)) > IMPOSED * size:
+            found = float(np.hypot(found, np.linalg.norm(own)))
+    return found
 
 
 def held(case: Case, mesh: Moved) -> Any:

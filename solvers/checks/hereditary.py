@@ -15,7 +15,18 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks.pressures import Pressed, Split
-from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm, gradients, polar, rule, shape
+from softmark.solvers.checks.solids import (
+    CheckedBody,
+    Floats,
+    Ints,
+    Stress,
+    StressTerm,
+    gradients,
+    polar,
+    rule,
+    shape,
+    with_error,
+)
 
 Measure = Literal["small", "turned", "green", "shape"]
 
@@ -93,10 +104,11 @@ class Course:
         found: Floats = size * (np.linalg.inv(F) @ P)
         return found
 
-    def relaxed(self, whole: Stress, F: Floats, held: Floats) -> Floats:
-        """P of a law of which the part has relaxed (n, 3, 3), Pa."""
-        found: Floats = whole(F) - float(self.g.sum()) * self.part(F) + self.pulled(F, held)
-        return found
+    def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
+        """P of a law of which the part has relaxed (n, 3, 3), and the error of its entries, Pa."""
+        (P, error), (part, more), g = with_error(whole, F), with_error(self.part, F), float(self.g.sum())
+        found: Floats = P - g * part + self.pulled(F, held)
+        return found, error + g * more
 
     def pulled(self, F: Floats, held: Floats) -> Floats:
         """P that a held stress makes (n, 3, 3), Pa."""
@@ -126,8 +138,8 @@ class RememberingBody(CheckedBody):
 
     course: Course = field(kw_only=True)
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
-        """P of the points of some cells (n, 3, 3), Pa."""
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> tuple[Floats, Any]:
+        """P of the points of some cells (n, 3, 3), and the error of its entries, Pa."""
         return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.centre))
 
 
@@ -141,4 +153,21 @@ class RememberingPressed(Pressed):
         """With the stress of shape that is left."""
         course, whole = self.course, self.split.shape
         held = course.held(self.points, self.cells[some], self.kind)
-        return replace(self.split, shape=lambda F: course.relaxed(whole, F, held))
+        return replace(self.split, shape=Relaxed(course, whole, held))
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """The stress of a `whole` law at points where a past has left `held` (n, 3, 3), Pa."""
+
+    course: Course
+    whole: Stress
+    held: Floats
+
+    def __call__(self, F: Floats) -> Floats:
+        """P (n, 3, 3), Pa."""
+        return self.with_error(F)[0]
+
+    def with_error(self, F: Floats) -> tuple[Floats, Any]:
+        """P (n, 3, 3) and the error of its entries, Pa."""
+        return self.course.relaxed(self.whole, F, self.held)

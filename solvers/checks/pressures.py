@@ -4,7 +4,7 @@ L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV is at rest where int (P_sha
 loads at every node and int N_b (g - p / M) dV = 0 for every pressure. In `mixed` elements the pressures are those of
 the state that is judged, so that its second equation is looked at as well, and 1/M = 0 needs nothing else. With the
 mean dilatation p = M times the mean of g over each cell, which is what its second equation says, put into the first.
-Stresses are written out from the energies that the documentation of each material states.
+At finite strain stress of shape and dg/dF are differences of the energy density and of g (differences.py).
 """
 
 from __future__ import annotations
@@ -15,14 +15,11 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.checks import laws, solids
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.differences import EnergyStress, with_error
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
 from softmark.solvers.elements import CELLS
-from softmark.solvers.materials.isochoric import Isochoric
-from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
-from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.materials.varying import Varying, arrays
 
 Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
@@ -45,9 +42,9 @@ class Split:
 
 
 def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None:
-    """What pressures take of a law of Young's modulus in Pa, and what is left; None where no formula is known.
+    """What pressures take of a law of Young's modulus in Pa, and what is left; None where a law does not come apart.
 
-    Constants are numbers, or those of each of some points (n,).
+    Constants are numbers, or those of each of some points (n,), of which the material knows as well.
 
     Of small and corotational strain they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu). Of others mu (r - s),
     and s mu stays of lam: s = 1/3 for r >= 4/3, else r - 1 or -2/3, whichever is more.
@@ -58,20 +55,19 @@ def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None
         return Split(solids.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
     if strain == "corotational":
         return Split(solids.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, solids.polar, _stretching, whole)
-    if (known := shape_of(material)) is None:
+    parts = getattr(material, "finite_mixed", lambda: None)()
+    if parts is None:
         return None
-    shape, g, dg = known
+    shape, g = at_points(parts[0]).psi, parts[1].value
     with np.errstate(divide="ignore"):
         s = np.where(np.asarray(nu) >= 2.0 / 7.0, 1.0 / 3.0, np.maximum(2.0 * nu / np.asarray(each) - 1.0, -2.0 / 3.0))
     taken = each / (mu * (2.0 * nu - s * each))
-    return Split(lambda F: np.reshape(mu, (-1, 1, 1)) * shape(F, s), g, dg, _swelling, taken)
+    return Split(EnergyStress(shape), g, EnergyStress(g), _swelling, taken)
 
 
-def isochoric(material: object, mu: float) -> Stress | None:
-    """The stress of a law that knows of changes of shape alone, of its shear modulus, Pa; None of no such formula."""
-    if type(material) is not NeoHookeanIsochoric:
-        return None
-    return lambda F: mu * _isochoric(F, -2.0 / 3.0)
+def at_points(law: Any) -> Any:
+    """The law itself, or where its constants are those of points (n,) one that hands each batch of points its own."""
+    return Varying(law) if next(arrays(law), None) is not None else law
 
 
 def _identity(F: Floats) -> Floats:
@@ -97,79 +93,6 @@ def _swelling(F: Floats) -> Floats:
     second = 0.5 * (tr**2 - np.trace(H @ H, axis1=1, axis2=2))
     found: Floats = tr + second + np.linalg.det(H)
     return found
-
-
-def _cofactor(F: Floats) -> Floats:
-    found: Floats = solids.cofactor(F)[0]
-    return found
-
-
-def _logarithm(F: Floats) -> Floats:
-    found: Floats = np.log1p(_swelling(F))
-    return found
-
-
-def _inverse(F: Floats) -> Floats:
-    """F^-T."""
-    found: Floats = _cofactor(F) / (1.0 + _swelling(F))[:, None, None]
-    return found
-
-
-def _stretch(F: Floats) -> Floats:
-    """I1 - 3."""
-    found: Floats = 2.0 * _green_trace(F)
-    return found
-
-
-def _green(F: Floats) -> Floats:
-    return 0.5 * (F.transpose(0, 2, 1) @ F - np.eye(3))
-
-
-def _green_trace(F: Floats) -> Floats:
-    found: Floats = np.trace(_green(F), axis1=1, axis2=2)
-    return found
-
-
-def _neo_hookean(F: Floats, s: float) -> Floats:
-    """mu/2 (I1 - 3) - mu ln J + s mu/2 (ln J)^2, all over mu."""
-    inverse = _inverse(F)
-    return F - inverse + (s * _logarithm(F))[:, None, None] * inverse
-
-
-def _isochoric(F: Floats, s: float) -> Floats:
-    """mu/2 (J^(-2/3) I1 - 3) + (s + 2/3) mu/2 (J - 1)^2, all over mu."""
-    third, kept = (1.0 + _stretch(F) / 3.0)[:, None, None], (s + 2.0 / 3.0) * _swelling(F)
-    shape = np.exp(-2.0 / 3.0 * _logarithm(F))[:, None, None] * (F - third * _inverse(F))
-    return shape + kept[:, None, None] * _cofactor(F)
-
-
-def _kirchhoff(F: Floats, s: float) -> Floats:
-    """mu tr(E^2) + s mu/2 (tr E)^2."""
-    E = _green(F)
-    return F @ (2.0 * E + (s * _green_trace(F))[:, None, None] * np.eye(3))
-
-
-def _stable(F: Floats, s: float) -> Floats:
-    """m/2 (I1 - 3) + l/2 (J - a)^2 - m/2 ln((I1 + 1)/4), m = 4 mu/3, l = (s + 5/6) mu, l (a - 1) = 3m/4 = mu."""
-    first = 4.0 / 3.0 * (1.0 - 1.0 / (_stretch(F) + 4.0))
-    second = (s + 5.0 / 6.0) * _swelling(F) - 1.0
-    return first[:, None, None] * F + second[:, None, None] * _cofactor(F)
-
-
-FINITE: dict[type, tuple[Callable[[Floats, Any], Floats], Measure, Stress]] = {
-    NeoHookean: (_neo_hookean, _logarithm, _inverse),
-    NeoHookeanIsochoric: (_isochoric, _swelling, _cofactor),
-    StVenantKirchhoff: (_kirchhoff, _green_trace, lambda F: F),
-    StableNeoHookean: (_stable, _swelling, _cofactor),
-}
-
-
-def shape_of(material: object) -> tuple[Callable[[Floats, Any], Floats], Measure, Stress] | None:
-    """The stress over mu of a law with s mu for lam, g and dg/dF; None where no formula is known."""
-    if not isinstance(material, Isochoric) or not laws.known(material):
-        return FINITE.get(type(material))
-    own, mu = laws.Written(material), material.young / (2.0 * (1.0 + material.poisson))
-    return lambda F, s: own.stress(F, (s + 2.0 / 3.0) * mu) / mu, own.g, own.dg
 
 
 # ------------------------------------------------------------------ forces
@@ -228,7 +151,7 @@ class Pressed:
 
         A volume counts as a force by mu over the edge of a mean cell, which makes of all unknowns lengths.
         """
-        f, reach = np.zeros_like(self.points), np.zeros(len(self.points))
+        f, reach, vague = np.zeros_like(self.points), np.zeros(len(self.points)), np.zeros(len(self.points))
         at, N = self._spread
         known = np.zeros(int(at.max()) + 1)
         lacking, V = np.zeros_like(known), np.zeros(len(self.cells))
@@ -248,20 +171,26 @@ class Pressed:
                 p = known[at[some]] @ N.T
                 np.add.at(lacking, at[some], (w * (g - each * p)) @ N)
             stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
-            P = (split.shape(flat) + p.reshape(-1, 1, 1) * split.dg(flat)).reshape(F.shape)
+            P, error = with_error(split.shape, flat)
+            slope, off = with_error(split.dg, flat)
+            P = (P + p.reshape(-1, 1, 1) * slope).reshape(F.shape)
+            unsure = np.abs(w) * np.broadcast_to(error + off * np.abs(p.ravel()), w.size).reshape(w.shape)
             local = np.einsum("mq,mqiJ,mqaJ->mai", w, P, dNdX, optimize=True)
             if ring is not None:  # it pulls its nodes to the axis, and nothing along z
                 local[:, :, 2] = 0.0
                 local[:, :, 0] += np.einsum("mq,mqa->ma", w * P[..., 2, 2], ring)
-            size = np.einsum("mq,mqa->ma", np.abs(w), np.linalg.norm(dNdX, axis=3))
+            far = np.linalg.norm(dNdX, axis=3)
+            size, doubt = (np.einsum("mq,mqa->ma", part, far) for part in (np.abs(w), unsure))
             for i in range(3):
                 f[:, i] += np.bincount(cells.ravel(), local[:, :, i].ravel(), minlength=len(f))
             reach += np.bincount(cells.ravel(), size.ravel(), minlength=len(f))
+            vague += np.bincount(cells.ravel(), doubt.ravel(), minlength=len(f))
             most = max(most, float(np.abs(p).max()))
         rings = 2.0 * np.pi * self.points[self.cells][:, :, 0].mean() / self.depth if self.depth else 1.0
         unit = self.mu / float(np.cbrt(V.mean() / rings))
         stiff = 12.0 * self.mu + 3.0 * most + 3.0 * stiff
         noise = EPS * (stiff * float(np.linalg.norm(reach)) + unit * float(np.linalg.norm(V)))
+        noise += float(np.linalg.norm(vague))
         return f, unit * float(np.linalg.norm(lacking)), noise
 
     def _split(self, some: slice) -> Split:

@@ -5,7 +5,7 @@ Distances by Gram's matrix, the law of the barrier and the way of forces to corn
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,36 +56,57 @@ def law(far: Floats, distance: float, stiffness: float) -> Floats:
 
 
 def pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
-    """On points p (s, d): by all faces of pairs (c, 2), less what they have in common (Li et al. 2023, section 4)."""
-    found = np.zeros_like(p)
+    """On points p (s, d), Pa: by all faces of pairs (c, 2), less what these have in common."""
+    return pressed(p, x, faces, pairs, np.ones(len(p)), distance, stiffness)[0]
+
+
+def pressed(
+    p: Floats, x: Floats, faces: Ints, pairs: Ints, A: Floats, distance: float, stiffness: float
+) -> tuple[Floats, Floats]:
+    """Forces on points p (s, d) that stand for areas A (s,), m^2, and back on corners x (v, d), N.
+
+    By all faces of pairs (c, 2), less what these have in common (Li et al. 2023, section 4).
+    """
+    found, back = np.zeros_like(p), np.zeros_like(x)
+    for of, corners, count in _counted(len(x), faces, pairs):
+        some = count != 0.0
+        of, corners, count = of[some], corners[some], count[some]
+        foot = feet(p[of], x[corners])
+        r = p[of] - foot
+        far = np.linalg.norm(r, axis=1)
+        f = (A[of] * count * law(far, distance, stiffness) / np.maximum(far, LEAST))[:, None] * r
+        np.add.at(found, of, f)
+        np.add.at(back, corners, -shares(foot, x[corners])[:, :, None] * f[:, None])
+    return found, back
+
+
+def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Ints, Ints, Floats]]:
+    """Points (c,), corners (c, k) of simplices of v corners, and how often each counts (c,): faces, sides, corners."""
     k = faces.shape[1]
-    corners, sides = faces[pairs[:, 1]], np.zeros((0, 3), dtype=np.int64)
-    _add(found, p, x, pairs[:, 0], corners, np.ones(len(pairs)), distance, stiffness)
-    v, size = len(x), np.arange(len(pairs))
+    corners = faces[pairs[:, 1]]
+    yield pairs[:, 0], corners, np.ones(len(pairs))
     met = np.repeat(pairs[:, 0], k), corners.ravel()
+    of, share = np.zeros(0, dtype=np.int64), np.zeros(0)
     if k == 3:
         ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
         rows = np.column_stack([np.repeat(pairs[:, 0], 3), ends])
         sides, count = np.unique(rows, axis=0, return_counts=True)
-        _add(found, p, x, sides[:, 0], sides[:, 1:], 1.0 - count, distance, stiffness)
+        yield sides[:, 0], sides[:, 1:], 1.0 - count
         of = np.repeat(sides[:, 0], 2) * v + sides[:, 1:].ravel()
         share = np.repeat(count - 1.0, 2)
-    else:
-        of, share = np.zeros(0, dtype=np.int64), np.zeros(0)
     keys, back = np.unique(np.concatenate([met[0] * v + met[1], of]), return_inverse=True)
-    each = np.concatenate([-np.ones(len(size) * k), share])
-    _add(found, p, x, keys // v, (keys % v)[:, None], 1.0 + np.bincount(back, each), distance, stiffness)
-    return found
+    each = np.concatenate([-np.ones(len(pairs) * k), share])
+    yield keys // v, (keys % v)[:, None], 1.0 + np.bincount(back, each)
 
 
-def _add(
-    found: Floats, p: Floats, x: Floats, of: Ints, corners: Ints, count: NDArray[Any], distance: float, stiffness: float
-) -> None:
-    some = count != 0.0
-    of, corners, count = of[some], corners[some], count[some]
-    r = p[of] - feet(p[of], x[corners])
-    far = np.linalg.norm(r, axis=1)
-    np.add.at(found, of, (count * law(far, distance, stiffness) / np.maximum(far, LEAST))[:, None] * r)
+def shares(foot: Floats, t: Floats) -> Floats:
+    """Barycentric coordinates (c, k) of points (c, d) in simplices t (c, k, d)."""
+    if t.shape[1] == 1:
+        return np.ones((len(t), 1))
+    sides = t[:, 1:] - t[:, :1]
+    gram = np.einsum("cai,cbi->cab", sides, sides)
+    s = np.linalg.solve(gram, np.einsum("cai,ci->ca", sides, foot - t[:, 0])[..., None])[..., 0]
+    return np.concatenate([1.0 - s.sum(axis=1, keepdims=True), s], axis=1)
 
 
 def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:

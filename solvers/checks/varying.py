@@ -7,15 +7,16 @@ its centre, the two moduli are means over the cell, by the rule of the next fine
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.pressures import Pressed, Split, shape_of, split_of
+from softmark.solvers.checks.differences import EnergyStress, FreeFaces, Scalar, with_error
+from softmark.solvers.checks.pressures import Pressed, Split, at_points, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm
-from softmark.solvers.materials.isochoric import Isochoric
-from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+from softmark.solvers.materials.varying import with_constants
 
 Constants = Callable[[Floats], tuple[Floats, Floats]]  # of points (n, 3), m: Young's modulus, Pa, and Poisson's ratio
 Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what makes stress of F (n, 3, 3)
@@ -34,7 +35,7 @@ class VaryingBody(CheckedBody):
 
     constants: Constants | None = None
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> tuple[Floats, Any]:
         if not isinstance(term, VaryingTerm) or term.of is None or self.constants is None:
             return super()._stress(cells, term, F)
         kind = self.kind if len(solids.places(self.kind)) != 4 else "tet10"
@@ -47,7 +48,7 @@ class VaryingBody(CheckedBody):
             w = w * X[..., 0] if self.depth else w  # of whole rings
             share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
             mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
-        return term.of(mu.ravel(), lam.ravel())(F)
+        return with_error(term.of(mu.ravel(), lam.ravel()), F)
 
 
 @dataclass(frozen=True)
@@ -74,26 +75,15 @@ def moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
     return E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
 
 
-def terms(material: object, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
-    """The parts of the stress of a law; None where no formula is known."""
-    law = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain) or _finite(material)
+def terms(material: Any, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
+    """The parts of the stress of a law; None where it has none of finite strain, or does not come apart."""
+    law: Moduli | None = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain)
     if law is None:
-        return None
+        return _finite(material, selective)
     if not selective:
         return (_term(law),)
-
-    def kept(mu: Floats, lam: Floats) -> Floats:
-        """What of lam stays at every point: of K the shear of this law has up to 5 mu/3."""
-        own = strain == "finite" and isinstance(material, NeoHookeanIsochoric | Isochoric)
-        return np.clip(lam, -mu, mu) if own else 0.0 * lam
-
-    def shear(mu: Floats, lam: Floats) -> Stress:
-        return law(mu, kept(mu, lam))
-
-    def volume(mu: Floats, lam: Floats) -> Stress:  # energies are linear in the two moduli
-        return lambda F: law(mu, lam)(F) - law(mu, kept(mu, lam))(F)
-
-    return _term(shear), _term(volume, centre=True)
+    known = law
+    return _term(lambda mu, lam: known(mu, 0.0 * lam)), _term(lambda mu, lam: known(0.0 * mu, lam), centre=True)
 
 
 def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
@@ -103,26 +93,56 @@ def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
     return VaryingTerm(none, centre, of)
 
 
-def _finite(material: object) -> Moduli | None:
-    """A law of finite strain with all of lam in its shape: P = mu shape(F, lam / mu)."""
-    of = getattr(material, "of", None) or material  # of a plate: the law of the solid that it is made of
-    if (known := shape_of(of)) is None:
+def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
+    """Of finite strain, by differences of the energy density: all of it, or that of shear and the rest."""
+    of = material.of if material.thin else material  # of a plate: the solid that it is made of
+    if of.finite_law() is None or (selective and of.finite_parts() is None):
         return None
-    shape = known[0]
-    return lambda mu, lam: lambda F: mu[:, None, None] * shape(F, lam / mu)
+
+    def whole(mu: Floats, lam: Floats) -> Scalar:
+        psi: Scalar = at_points(_with_moduli(of, mu, lam).finite_law()).psi
+        return psi
+
+    def shear(mu: Floats, lam: Floats) -> Scalar:
+        psi: Scalar = at_points(_with_moduli(of, mu, lam).finite_parts()[0]).psi
+        return psi
+
+    def rest(mu: Floats, lam: Floats) -> Scalar:
+        of_all, of_shear = whole(mu, lam), shear(mu, lam)
+        return lambda F: of_all(F) - of_shear(F)
+
+    if not selective:
+        return (_term(lambda mu, lam: EnergyStress(whole(mu, lam))),)
+    return (
+        _term(lambda mu, lam: EnergyStress(shear(mu, lam))),
+        _term(lambda mu, lam: EnergyStress(rest(mu, lam)), centre=True),
+    )
+
+
+def _with_moduli(material: Any, mu: Floats, lam: Floats) -> Any:
+    """A material with two moduli (n,), Pa, of each point."""
+    return with_constants_of(material, mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu))
+
+
+def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
+    """A material with the constants (n,) of each point; itself, where these cannot vary."""
+    if not {"young", "poisson"} <= {*material.varying}:
+        return material
+    return with_constants(material, {"young": young, "poisson": poisson})
 
 
 def relaxed(term: VaryingTerm) -> VaryingTerm:
     """The same in a plate whose faces are free."""
     of = term.of
-    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: solids.relaxed(of(mu, lam)))
+    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
 
 
-def pressed(material: object, strain: str, constants: Constants) -> Callable[[Floats], Split]:
+def pressed(material: Any, strain: str, constants: Constants) -> Callable[[Floats], Split]:
     """What takes a law, which comes apart, at points (n, 3), m."""
 
     def apart(X: Floats) -> Split:
-        split = split_of(material, strain, *constants(X))
+        E, nu = constants(X)
+        split = split_of(with_constants_of(material, E, nu), strain, E, nu)
         if split is None:
             raise ValueError("this law does not come apart")
         return split

@@ -12,6 +12,7 @@ from equal_moduli import made
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.pressured import with_pressures
 from softmark.solvers.checks import solids
+from softmark.solvers.checks.differences import EnergyStress
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.rods import CheckedRod, exponential, left_jacobian, rotation_vector
 from softmark.solvers.elements import CELLS, ELEMENTS
@@ -80,7 +81,7 @@ def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
 def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
     u = bent(mesh)
     law = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain)
-    terms: Any = (solids.StressTerm(GEL.P),) if law is None else (solids.StressTerm(law(MU, LAM)),)
+    terms: Any = (solids.StressTerm(EnergyStress(GEL.psi)),) if law is None else (solids.StressTerm(law(MU, LAM)),)
     parts = integration(mesh)
     energies = [Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))]
     if selective:
@@ -89,7 +90,7 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
         shear, volume = parts_for(GEL, strain) or ()
         middle = integration(mesh, rule=centre_rule(mesh.element))
         energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
-        two = (shear.P, volume.P) if law is None else (law(MU, 0.0), law(0.0, LAM))
+        two = (EnergyStress(shear.psi), EnergyStress(volume.psi)) if law is None else (law(MU, 0.0), law(0.0, LAM))
         terms = (solids.StressTerm(two[0]), solids.StressTerm(two[1], centre=True))
     g = Assembly(u.size, np.zeros(0, dtype=np.int64), energies, []).gradient(u.ravel(), 1.0)
     found, noise = solids.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)

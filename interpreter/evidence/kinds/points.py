@@ -20,12 +20,10 @@ from softmark.interpreter.models.homogeneous.driving import driven
 from softmark.interpreter.models.homogeneous.words import Homogeneous
 from softmark.interpreter.problem.case import case_for
 from softmark.solvers.checks import solids
-from softmark.solvers.checks.solids import EPS, Floats, ForceBalance
+from softmark.solvers.checks.differences import EnergyStress
+from softmark.solvers.checks.solids import Floats, ForceBalance
 from softmark.solvers.materials import law_for, mixed_for
 from softmark.solvers.mesh.shape import Prism
-
-SPAN = 1e-3  # of the least stretch: how far differences look
-WEIGHTS = {1: 0.75, 2: -0.15, 3: 1.0 / 60.0}  # of sixth order (Fornberg 1988)
 
 
 class Points(Voucher):
@@ -113,7 +111,7 @@ def _stress(found: Found, F: Floats) -> tuple[Floats, float, float]:
     split = mixed_for(material, strain)
     assert split is not None
     P, noise = differences(split.shape.psi, F)
-    g, _ = differences(split.constraint.value, F)
+    g, more = differences(split.constraint.value, F)
     made = driven(found.case, thing.state, found.declared)
     free = [a for a in range(3) if made.stretches[a] is None]
     if made.shear is not None:  # the side beside its plane is free
@@ -122,21 +120,16 @@ def _stress(found: Found, F: Floats) -> tuple[Floats, float, float]:
     n, t = g.diagonal()[free], P.diagonal()[free] - pull
     p = -float(n @ t) / float(n @ n)
     off = abs(float(split.constraint.value(F[None])[0]))
-    return P + p * g, noise + abs(p) * EPS / SPAN, float(np.abs(P).max()) * off
+    return P + p * g, noise + abs(p) * more, float(np.abs(P).max()) * off
 
 
 def differences(psi: Any, F: Floats) -> tuple[Floats, float]:
-    """dpsi/dF (3, 3), Pa, by central differences of sixth order, and its rounding, Pa. Raises Unchecked."""
-    h = SPAN * float(np.linalg.svd(F, compute_uv=False).min())
-    steps = np.eye(9).reshape(9, 1, 3, 3) * np.array([k * h for k in WEIGHTS])[None, :, None, None]
-    both = np.array([psi((F + sign * steps).reshape(-1, 3, 3)) for sign in (1.0, -1.0)]).reshape(2, 9, 3)
-    if not np.all(np.isfinite(both)):
-        raise Unchecked("its state lies too near the end of its law's domain for differences of the energy")
-    apart = both[0] - both[1]
-    P = (apart @ np.array(list(WEIGHTS.values()))) / h
-    plain = (apart[:, :2] @ np.array([2.0 / 3.0, -1.0 / 12.0])) / h  # of fourth order
-    noise = EPS * float(np.abs(both).max()) / h + 1e-3 * float(np.abs(P - plain).max())
-    return P.reshape(3, 3), noise
+    """dpsi/dF (3, 3), Pa, by central differences, and their error, Pa. Raises Unchecked."""
+    try:
+        P, error = EnergyStress(psi).with_error(F[None])
+    except ValueError as reason:
+        raise Unchecked(str(reason)) from reason
+    return P[0], float(error[0])
 
 
 def _gradient(found: Found) -> Floats:

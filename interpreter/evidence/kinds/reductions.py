@@ -14,6 +14,8 @@ from softmark.solvers.checks.solids import ForceBalance
 class Reductions(Solids):
     """The forces of all elements in the state that a few fields make, and the error of the elements beside it."""
 
+    holds = False
+
     def facts(self, found: Found) -> dict[str, Any]:
         """None of its own."""
         return {}

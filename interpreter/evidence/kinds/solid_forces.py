@@ -1,4 +1,4 @@
-"""Forces of finite elements found again by formulas that share nothing with those that solved."""
+"""Forces of finite elements found again: from energy densities, by an assembly that shares nothing with the solver."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
-from softmark.solvers.checks import laws, solids
+from softmark.solvers.checks import solids
+from softmark.solvers.checks.differences import EnergyStress, FreeFaces
 from softmark.solvers.checks.pressures import Pressed, split_of
 from softmark.solvers.checks.solids import CheckedBody, Floats, ForceBalance, StressTerm
 from softmark.solvers.elements import CELLS
@@ -80,6 +81,12 @@ class Solved:
 
         With what is left of the equations of pressures, and the rounding. Raises Unchecked.
         """
+        try:
+            return self._inside(chosen)
+        except ValueError as reason:  # the energy has no differences there
+            raise Unchecked(str(reason)) from reason
+
+    def _inside(self, chosen: Any) -> tuple[Floats, float, float]:
         if self.case.porous:
             return self._soaked
         if self.model.formulation != "displacement":
@@ -201,7 +208,7 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
-        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} with pressures")
+        raise Unchecked(f"a {type(case.material).__name__} does not come apart into shape and volume")
     if case.uniform:
         return Pressed(*body, split, mu, own, case.depth)
     from softmark.interpreter.evidence.graded import constants_of
@@ -252,7 +259,7 @@ def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
     terms, stiff = _of_solid(model, case)
     if case.material.thin:
-        return tuple(replace(term, stress=solids.relaxed(term.stress)) for term in terms), stiff
+        return tuple(replace(term, stress=FreeFaces(term.stress)) for term in terms), stiff
     return terms, stiff
 
 
@@ -272,11 +279,16 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 
 
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
-    of = getattr(material, "of", None) or material  # of a plate: the solid that it is made of
-    if laws.known(of):
-        stress, *centre = laws.Written(of).terms(selective)
-        return StressTerm(stress), *(StressTerm(each, centre=True) for each in centre)
-    parts = material.finite_parts() if selective else None
-    if parts is not None:
-        return StressTerm(parts[0].P), StressTerm(parts[1].P, centre=True)
-    return (StressTerm(material.finite_law().P),)
+    """Of finite strain, by differences of the energy density: all of it, or that of shear and the rest.
+
+    Raises Unchecked.
+    """
+    of = material.of if material.thin else material  # of a plate: the solid that it is made of
+    law, parts = of.finite_law(), of.finite_parts() if selective else None
+    if law is None or (selective and parts is None):
+        raise Unchecked(f"a {type(of).__name__} has no energy of finite strain that comes apart")
+    if parts is None:
+        return (StressTerm(EnergyStress(law.psi)),)
+    shear = parts[0]
+    rest = EnergyStress(lambda F: law.psi(F) - shear.psi(F))
+    return StressTerm(EnergyStress(shear.psi)), StressTerm(rest, centre=True)

@@ -43,6 +43,8 @@ def _largest_poisson(answer: Answer) -> float:
 class Solids(Sized):
     """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
 
+    holds = True
+
     def facts(self, found: Found) -> dict[str, Any]:
         """Where its law gives way; of a solid that keeps its volume, by how much a cell does not, and the whole."""
         return softening.facts(found) | self._volumes(found)

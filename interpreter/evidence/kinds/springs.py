@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 class Networks(Sized):
     """Of networks of springs: forces spring by spring, and coarser meshes."""
 
+    holds = True
+
     def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
         """Of each spring by itself. Raises Unchecked."""
         mesh, inside, outside, noise = self._forces(found)

@@ -35,6 +35,7 @@ class Found:
 class Voucher:
     """What vouches for a kind of model; nothing does but what its own class says otherwise."""
 
+    holds = False  # its nodes are exactly where supports ask for them
     order = 2.0  # in displacements, that coarser solutions are held to
 
     # ------------------------------------------------------------------ forces
