@@ -161,13 +161,14 @@ class Stated(Answer):
     def _solver(self, seen: ProbeAnswer) -> float:
         """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
         residual = float(self.result.solve.get("residual") or 0.0)
+        beyond, relative = self._reduction(seen)
         if isinstance(self.case.analysis, Dynamic):
-            return 10.0 * residual * seen.size
+            return LEFT * beyond + 10.0 * residual * seen.size
         if seen.in_forces:
             return 100.0 * residual * seen.acting
         step: Floats | None = self.once("step", self.next_step)
         if step is None:
-            return 100.0 * residual * seen.acting
+            return LEFT * beyond + 100.0 * residual * seen.acting
         most = _at_most(seen, step)
         if most is not None and (most <= TRIFLE * seen.acting or not self.asked):
             left = LEFT * most
@@ -176,7 +177,20 @@ class Stated(Answer):
         if left > COARSE * seen.beside(left):
             change = 100 * left / LEFT / seen.beside(left)
             raise Unknown(f"it is no equilibrium: the next step would change it by {change:.2g} %")
-        return left
+        return left + LEFT * relative * beyond  # the second is of second order, as what one step leaves
+
+    def _reduction(self, seen: ProbeAnswer) -> tuple[float, float]:
+        """The largest displacement error that reduction makes, in the unit of what is seen, and relative.
+
+        Zero for a model that reduces none. Raises Unknown.
+        """
+        if self.declared.thing.reduces is None:
+            return 0.0, 0.0
+        known = self.result.solve.get("reduced") or {}
+        relative, largest = known.get("estimated_error"), known.get("estimated_error_m")
+        if relative is None or largest is None:
+            raise Unknown("the error of its fields in the equations of the full model is not known")
+        return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
 
     def _moving(self, step: Floats) -> Nodal:
         from softmark.interpreter.models.shared.deformed import displacement_of

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.points import Joined
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.reduced.error_equation import ReductionError
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Stresses
 
@@ -122,6 +123,7 @@ class Solution:
     followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
     spent: Spent | None = None  # of one that another program solved: our clock knows nothing of it
+    reduction_error: Callable[[], ReductionError] | None = None  # of a reduced model, against the full equations
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 
