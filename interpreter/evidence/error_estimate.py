@@ -58,6 +58,7 @@ VOID = ("W351",)  # states of which no part of the error says anything
 
 STEP = 3.0  # times the distance of two steps over r - 1
 HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
+MODAL = 1.25  # times the error of the step in small motions: vibrations that loads hardly excite are left out
 LEFT = 2.0  # times the next Newton step
 COARSE = orders.COARSE  # relative: more than that is no statement, of parts that are estimates
 
@@ -207,7 +208,17 @@ class Stated(Answer):
         # where a step twice as long would not show a course, it might miss it just as this one does
         finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
-        return STEP * apart * (2.0 if finer else 1.0)
+        return max(STEP * apart * (2.0 if finer else 1.0), self._of_modes(seen))
+
+    def _of_modes(self, seen: ProbeAnswer) -> float:
+        """The error of the step in the vibrations that move what is seen, which two steps may agree on by chance."""
+        from softmark.interpreter.evidence.time_step_errors import error_of
+
+        found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
+        if found is None:
+            return 0.0
+        own = found.length if seen.unit == "m" and not seen.in_forces else None
+        return MODAL * (found.relative * seen.size if own is None else own)
 
     def _steps(self, seen: ProbeAnswer) -> float:
         """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""

@@ -320,6 +320,9 @@ class MovingReduced(PreparedMotion):
         """Unknowns, velocities and accelerations (3, r) of a motion."""
         return np.array([motion.x, motion.v, motion.a])
 
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        return super()._mode(self.fields @ shape)
+
     def _finish(self, track: Trajectory, every: int) -> Solution:
         kept = kept_of(track, every)
         q, v, a = (np.array([track.observed[i].x[k] for i in kept]) for k in range(3))
