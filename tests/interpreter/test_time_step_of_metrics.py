@@ -79,8 +79,3 @@ def test_the_stated_error_has_that_of_the_step(model: str) -> None:
     apart = abs((coarse.models["m"].metrics["u"].value or 0.0) - (fine.models["m"].metrics["u"].value or 0.0))
     assert stated is not None
     assert stated >= apart
-
-
-def test_implicit_euler_is_doubted_for_the_slowest_vibration_already() -> None:
-    report = softmark.loads(BAR.format(model=MODELS[0], integrator="implicit_euler", step=1)).run()
-    assert {w.code for w in report.warnings} & {"W362", "W420"} == {"W362"}
