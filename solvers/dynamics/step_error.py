@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from softmark.solvers.dynamics.scheme import Integrator
 
 MODES = 40  # Ritz vectors, of all loads together
-PARTS = 8  # of a step in which the exact solution takes a course as a straight line
+PARTS = 4  # of a step in which the exact solution takes a course as a straight line
 SAME = 1e-8  # of its length: what is left of a vector that lies in the space of those before it
 LONGEST = 200_000  # steps that are followed
 LARGEST = 300_000  # unknowns up to which the stiffness is factorised

@@ -123,7 +123,7 @@ def exact(problem: Dynamics, K: np.ndarray, mass: np.ndarray, times: np.ndarray)
 def test_the_estimated_error_of_a_step_is_its_error(seed: int) -> None:
     """Every degree of freedom at every time within 2 % of the largest error, and 1e-6 of the motion.
 
-    Courses are straight lines in eighths of a step, a sine bends by (w h / 8)^2 / 8 in them; Ritz vectors are complete.
+    Courses are straight lines in quarters of a step, a sine bends by (w h / 4)^2 / 8 in them; Ritz vectors are complete.
     """
     problem, points, duration, step, K, mass = case(seed)
     track = march(problem, duration, step)
