@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.evidence.answer import Answer
     from softmark.interpreter.evidence.probe_answers import ProbeAnswer
     from softmark.interpreter.metrics.contact import ContactArea
+    from softmark.interpreter.metrics.metric import Metric
+    from softmark.interpreter.problem.case import Case
     from softmark.interpreter.results.reactions import Touch
 
 ORDER, OF_AREAS = 2.0, 1.0  # of forces, and pressures inside; and of areas
@@ -64,10 +66,29 @@ def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     if not (own or whole.case.contacts):
         return {}
     beds: Any = getattr(whole.prepared, "beds", {})
-    return {"gap": partial(_left, {name: beds[name].distance for name in own if name in beds})}
+    return {"gap": partial(_left, whole.case, {name: beds[name].distance for name in own if name in beds})}
 
 
-def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
+def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
+    """Whether balance with dead loads alone fixes the force of a contact or support along a direction.
+
+    Nothing else may hold the body along any axis of that direction. A gap then changes nothing of the force.
+    """
+    from softmark.interpreter.metrics.force import Force
+    from softmark.interpreter.vocabulary.analyses import Dynamic
+    from softmark.interpreter.vocabulary.loads import AtPoint, PerArea, PerLength, PerMass, Tensile
+
+    if not isinstance(metric, Force) or metric.measured_from is not None or isinstance(case.analysis, Dynamic):
+        return False
+    if case.beds or case.pairs:
+        return False
+    axes = {axis for axis, part in enumerate(metric.along) if part}
+    holding = {s.name for s in case.supports if axes & set(getattr(s.thing, "components", (0, 1, 2)))}
+    dead = all(isinstance(load.thing.action, AtPoint | PerArea | PerLength | PerMass | Tensile) for load in case.loads)
+    return dead and not (holding | {touch.name for touch in case.contacts}) - {metric.of}
+
+
+def _left(case: Case, widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     """By the mean gap where something presses; the travel is taken for the largest displacement of the body.
 
     Of a body that meets itself by what its barrier leaves at most, m, by name, where no more is known.
@@ -81,6 +102,8 @@ def _left(widest: Mapping[str, float], seen: ProbeAnswer) -> float:
     left = max((dict(widest) | {name: touch.left for name, touch in rest.touches.items()}).values(), default=0.0)
     if seen.unit == "m":
         return left
+    if is_statically_determinate(case, seen.metric):
+        return 0.0
     return POWER * left / rest.moved * seen.size if rest.moved > 0.0 else 0.0
 
 

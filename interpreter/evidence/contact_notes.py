@@ -137,18 +137,19 @@ def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) ->
 
 
 def held_off(declared: Declared, case: Case, rest: AtRest) -> Iterator[Diagnostic]:
-    """A warning for each contact whose barrier has a distance that somebody gave, and leaves too wide a gap."""
+    """A warning for each contact whose barrier leaves too wide a gap."""
     for contact in (*(touch.declared for touch in case.contacts), *case.pairs):
         touch = rest.touches.get(contact.name)
-        if touch is None or rest.reason is not None or "distance" not in contact.fields:
+        if touch is None or rest.reason is not None:
             continue
         if touch.left > WIDE * rest.moved > 0.0:
             left, moved = (units.show(rounded(own, 2), units.LENGTH) for own in (touch.left, rest.moved))
             yield diagnostic(
                 "W661",
-                contact.at("distance"),
+                contact.at("distance" if "distance" in contact.fields else ""),
                 f"the barrier of `{contact.name}` keeps what it touches {left} away, and `{declared.name}` moves by"
                 f" {moved}",
                 "a wide barrier",
-                "what presses seems larger by that: take a smaller distance, or leave it out",
+                "what presses seems larger by that: "
+                + ("take a smaller distance, or leave it out" if "distance" in contact.fields else "give a `distance`"),
             )

@@ -34,6 +34,8 @@ DOUBTS: dict[str, str] = {
     "W375": "its supports hold another part than they select",
     "W381": "its law ends before its strains do",
     "W382": "it is flat, between a beam and a plate",
+    "W419": "it does not balance the forces of the full model",
+    "W420": "its time step is too long for what is asked",
     "W377": "there are few steps to a swing of its loads",
     "W378": "steps do not show all of a course",
     "W389": "its fibres have no direction somewhere",

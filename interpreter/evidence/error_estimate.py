@@ -58,6 +58,7 @@ VOID = ("W351",)  # states of which no part of the error says anything
 
 STEP = 3.0  # times the distance of two steps over r - 1
 HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
+MODAL = 1.25  # times the error of the step in small motions: vibrations that loads hardly excite are left out
 LEFT = 2.0  # times the next Newton step
 COARSE = orders.COARSE  # relative: more than that is no statement, of parts that are estimates
 
@@ -167,13 +168,14 @@ class Stated(Answer):
     def _solver(self, seen: ProbeAnswer) -> float:
         """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
         residual = float(self.result.solve.get("residual") or 0.0)
+        beyond, relative = self._reduction(seen)
         if isinstance(self.case.analysis, Dynamic):
-            return 10.0 * residual * seen.size
+            return LEFT * beyond + 10.0 * residual * seen.size
         if seen.in_forces:
             return 100.0 * residual * seen.acting
         step: Floats | None = self.once("step", self.next_step)
         if step is None:
-            return 100.0 * residual * seen.acting
+            return LEFT * beyond + 100.0 * residual * seen.acting
         most = _at_most(seen, step)
         if most is not None and (most <= TRIFLE * seen.acting or not self.asked):
             left = LEFT * most
@@ -182,7 +184,20 @@ class Stated(Answer):
         if left > COARSE * seen.beside(left):
             change = 100 * left / LEFT / seen.beside(left)
             raise Unknown(f"it is no equilibrium: the next step would change it by {change:.2g} %")
-        return left
+        return left + LEFT * relative * beyond  # the second is of second order, as what one step leaves
+
+    def _reduction(self, seen: ProbeAnswer) -> tuple[float, float]:
+        """The largest displacement error that reduction makes, in the unit of what is seen, and relative.
+
+        Zero for a model that reduces none. Raises Unknown.
+        """
+        if self.declared.thing.reduces is None:
+            return 0.0, 0.0
+        known = self.result.solve.get("reduced") or {}
+        relative, largest = known.get("estimated_error"), known.get("estimated_error_m")
+        if relative is None or largest is None:
+            raise Unknown("the error of its fields in the equations of the full model is not known")
+        return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
 
     def _moving(self, step: Floats) -> Nodal:
         from softmark.interpreter.models.shared.deformed import displacement_of
@@ -199,7 +214,17 @@ class Stated(Answer):
         # where a step twice as long would not show a course, it might miss it just as this one does
         finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
-        return STEP * apart * (2.0 if finer else 1.0)
+        return max(STEP * apart * (2.0 if finer else 1.0), self._of_modes(seen))
+
+    def _of_modes(self, seen: ProbeAnswer) -> float:
+        """The error of the step in the vibrations that move what is seen, which two steps may agree on by chance."""
+        from softmark.interpreter.evidence.time_step_errors import error_of
+
+        found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
+        if found is None:
+            return 0.0
+        own = found.length if seen.unit == "m" and not seen.in_forces else None
+        return MODAL * (found.relative * seen.size if own is None else own)
 
     def _steps(self, seen: ProbeAnswer) -> float:
         """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""

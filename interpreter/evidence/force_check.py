@@ -59,6 +59,13 @@ def _watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, s
         return solution
     if (reason := _not_finite(solution)) is not None:
         return _refused(solution, reason)
+    if solution.reduction_error is not None:
+        from softmark.interpreter.evidence.kinds.reductions import judged
+
+        solution = judged(declared, solution)
+        if solution.displacement is None:
+            return solution
+        facts = solution.facts
     try:
         with np.errstate(all="ignore"):
             found, reason = _checked(scene, declared, case, prepared, solution)

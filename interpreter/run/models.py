@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import cache
 from operator import add
 from typing import TYPE_CHECKING, Any
 
@@ -111,9 +112,14 @@ def solve(work: Work, name: str) -> None:
         solve=solution.facts,
         stress=solution.stress,
         at_rest=rest,
+        step_errors=solution.step_errors and cache(solution.step_errors),
         vibrations=solution.vibrations,
     )
     work.warn(unresolved(work.scene, work.views[name], prepared), once=True)
+    if solution.step_errors is not None and solution.displacement is not None:
+        from softmark.interpreter.evidence.time_step_errors import step_doubts
+
+        work.warn((), here=step_doubts(work.scene, declared, work.views[name], solution.notes))
     if case.contacts:
         from softmark.interpreter.evidence.contact_notes import contradicted, cut_in, held_off
 

@@ -52,6 +52,8 @@ class Forces:
         self.M_free = _sorted(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
         self.impact = self._impact(courses[plain:], problem.meets) if self.contacts or problem.meets else None
+        self._repeats = problem.remembering is None and problem.turning is None  # forces depend on the state alone
+        self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
     def _impact(self, courses: Sequence[Course], meets: Sequence[Wandering]) -> Impact:
@@ -113,8 +115,12 @@ class Forces:
         return Force(self._gradient(self.internal if self.now is None else self.now, x), self.pushed(x, factors))
 
     def within(self, x: Floats) -> Floats:
-        """Gradient of the internal energies (dofs,), N."""
-        return self._gradient(self.internal, x)
+        """Gradient of the internal energies (dofs,), N; kept for the last state, which steps ask for several times."""
+        if not self._repeats:
+            return self._gradient(self.internal, x)
+        if (key := x.tobytes()) != self._last[0]:
+            self._last = key, self._gradient(self.internal, x)
+        return self._last[1]
 
     def _gradient(self, energies: Sequence[Energy], x: Floats) -> Floats:
         internal = np.zeros(self.dofs)

@@ -291,10 +291,10 @@ class StageEquations:
         coasting[fixed] = speeding[fixed] = stay[fixed]
         ways = [stay, *(self._short_of(stay, x) for x in (coasting, speeding))]
         trials: list[StageTrial | None] = [None] * len(ways)
-        if self.forces.turns:  # of a rod, for which trials take most of the time, the best way of before may do
+        if self.touches is None:  # trials take most of the time of a small body: the best way of before may do
             way, left = self.system.newton.way
             trials[way] = known = self.trial(ways[way])
-            if known.size <= max(MUCH, WORSE * left) * known.scale:
+            if known.size <= max(MUCH, WORSE * left if self.forces.turns else 0.0) * known.scale:
                 self.system.newton.way = way, LESS * left
                 return known
         every = [self.trial(x) if known is None else known for x, known in zip(ways, trials, strict=True)]
@@ -304,7 +304,9 @@ class StageEquations:
             where = "goes through a rigid body" if through else "is outside the domain of the law"
             raise StepFailed(f"the state {where}")
         if self.forces.conservative:
-            return min(inside, key=lambda t: self.rise(inside[0], t))
+            best = min(inside, key=lambda t: self.rise(inside[0], t))
+            self.system.newton.way = next(i for i, t in enumerate(every) if t is best), 0.0
+            return best
         way = min((i for i, t in enumerate(every) if t.possible), key=lambda i: every[i].size)
         best = every[way]
         self.system.newton.way = way, best.size / best.scale if best.scale else 0.0

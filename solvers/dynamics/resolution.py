@@ -160,7 +160,7 @@ def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float
         return None
     # else held, on a bed, or in coordinates of a reduced model
     loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
-    return _inverse(K, M, solve, push, _rigid(points, free, M) if loose else None, RIGID * top)
+    return _inverse(K, M, solve, push, rigid_motions(points, free, M) if loose else None, RIGID * top)
 
 
 def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:
@@ -184,8 +184,8 @@ def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:
     return total
 
 
-def _rigid(points: Floats, free: np.ndarray, M: sparse.csr_matrix) -> Floats:
-    """The six rigid motions (free, 6), orthonormal in the mass."""
+def rigid_motions(points: Floats, free: np.ndarray, M: sparse.csr_matrix) -> Floats:
+    """Return the rigid motions (free, 6) of `points` (n, 3), m, orthonormal in the mass."""
     centre = points - points.mean(axis=0)
     shifts = np.tile(np.eye(3), (len(points), 1))
     turns = np.stack([np.cross(axis, centre).ravel() for axis in np.eye(3)], axis=1)

@@ -20,6 +20,11 @@ ROUNDS = 12  # of more points at most: where something still cuts in then, the s
 Find = Callable[[Statics], Equilibrium]
 
 
+class PassedThrough(NotConverged):
+    """A rigid body has passed through the surface in one step: smaller steps may avoid it."""
+
+
+
 def clear(problem: Statics, find: Find) -> Equilibrium:
     """What `find` finds, with barriers and points that it takes to keep clear of rigid bodies: `beside`.
 
@@ -81,7 +86,7 @@ def _must_be_in_front(problem: Statics, found: Equilibrium) -> None:
     before = problem.rest if problem.start is None else problem.start
     if deep := max((passed(energy, before, found.x) for energy in _driven(problem.assembly)), default=0.0):
         reason = f"a rigid body goes through the surface in one step, by {1e3 * deep:.3g} mm: take more, smaller states"
-        raise NotConverged(reason, found.history, found.facts)
+        raise PassedThrough(reason, found.history, found.facts)
 
 
 def _driven(assembly: Assembly) -> list[Any]:

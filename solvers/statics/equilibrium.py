@@ -98,6 +98,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
             unstable = failure.unstable if unstable is None else unstable
             vain = len(history) - before if problem.rubs and way is _free else vain
+    if unstable is not None and turns:
+        return _buckled(problem, history, systems, unstable)
     if unstable is not None and problem.grounded:
         found = _beside(problem, history, systems, unstable)
     else:
@@ -218,6 +220,20 @@ def _stable(newton: Newton, x: Floats) -> bool | None:
     from softmark.solvers.statics.friction import steady
 
     return steady(newton, x)
+
+
+def _buckled(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
+    """The stable state beside an unstable equilibrium at the end of a turn, to which the body buckles.
+
+    Raises NotConverged at once where none is found: the same steps from rest, taken with care, end there again.
+    """
+    newton = Newton(problem, history, systems, "buckling")
+    try:
+        x, stable = newton.stable(unstable)
+    except NotConverged as failure:
+        reason = f"the turned body buckles, and no stable state was found beside its equilibrium: {failure.reason}"
+        raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
+    return replace(_kept(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
 
 
 def _beside(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:

@@ -129,10 +129,11 @@ def test_all_modes_are_the_full_model() -> None:
 
 
 def test_modal_derivatives_let_a_beam_turn() -> None:
-    """A tip that drops by half of the length: without them the reduced beam locks; with them it is off by per cents."""
+    """A tip drops by half of the length: without them the reduced beam locks and is refused; with them it is near."""
     bare = "model bare = modal(of = full, modes = 8, derivatives = no)\n"
     report = run(BEAM + bare + "model bent = modal(of = full, modes = 8)\n")
-    assert error(report.models["bare"]) > 0.2
+    assert report.models["bare"].status == "not_converged"
+    assert said(report.models["bare"])["estimated_error"] > 0.2
     assert error(report.models["bent"]) < 0.02
     assert said(report.models["bent"])["dimension"] > said(report.models["bare"])["dimension"]
 

@@ -1,14 +1,31 @@
-"""What vouches for models reduced from finite elements: they are held against the whole."""
+"""Verification of models reduced from finite elements, against the equations of the full model."""
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
 
 from softmark.interpreter.evidence.kinds.solid_forces import balance_of, solved
 from softmark.interpreter.evidence.kinds.solids import Solids
 from softmark.interpreter.evidence.kinds.voucher import Found
+from softmark.interpreter.language.messages import diagnostic
+from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import case_for
+from softmark.interpreter.results.plain import clean
 from softmark.solvers.checks.solids import ForceBalance
+from softmark.solvers.reduced.error_equation import ReductionError
+
+DOUBTFUL = 0.01  # estimated displacement error, relative to the displacement, from which a model warns of it
+DOUBTFUL_RESIDUAL = 0.1  # residual of the full equations, relative to the forces, from which it warns as well
+LARGEST = 0.2  # estimated error up to which one linear step tells it: the true one is then up to twice as large
+LARGEST_RESIDUAL = 0.5  # residual up to which a state is an answer where no error can be estimated
+MEASURES = "add modes or derivatives, train on states like this one, or use `{of}` itself"
 
 
 class Reductions(Solids):
@@ -26,6 +43,56 @@ class Reductions(Solids):
         reduced = solution.facts.get("reduced") or {}
         state = solved(full.thing, case_for(found.scene, full), solution.mesh)
         return balance_of(state), reduced.get("full_residual")
+
+
+def judged(declared: Declared, solution: Solution) -> Solution:
+    """The solution of a reduced model with its error in the full equations, which it warns of; not converged if large.
+
+    The facts get `full_residual`, `estimated_error` (relative) and `estimated_error_m`, as ReductionError has them.
+    """
+    assert solution.reduction_error is not None
+    try:
+        with np.errstate(all="ignore"):
+            error = solution.reduction_error()
+    except Exception as stopped:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        reason = f"its error in the full model could not be found ({type(stopped).__name__}: {stopped})"
+        return Solution("failed", reason, solution.facts, notes=solution.notes)
+    reduced = (solution.facts.get("reduced") or {}) | error.facts
+    facts = solution.facts | {"reduced": clean(reduced)}
+    of = declared.thing.reduces
+    if _too_large(error):
+        reason = f"its fields cannot represent the state: {_in_words(error, of)}; {MEASURES.format(of=of)}"
+        return Solution("not_converged", reason, facts, notes=solution.notes)
+    return replace(solution, facts=facts, notes=(*solution.notes, *_doubts(declared, error, of)))
+
+
+def _too_large(error: ReductionError) -> bool:
+    if error.relative is None:
+        return not error.residual <= LARGEST_RESIDUAL
+    return not error.relative <= LARGEST
+
+
+def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnostic]:
+    """A warning where a state leaves a residual in the equations of the full model that is worth knowing."""
+    if (error.relative or 0.0) <= DOUBTFUL and error.residual <= DOUBTFUL_RESIDUAL:
+        return []
+    problem = f"`{declared.name}` does not balance the forces of the full model: {_in_words(error, of)}"
+    return [diagnostic("W419", declared.at(), problem, "a reduced model", MEASURES.format(of=of))]
+
+
+def _in_words(error: ReductionError, of: str) -> str:
+    """The residual and the estimated error of a reduced model, in words."""
+    residual = f"the equations of `{of}` keep a residual of {_share(error.residual)} the forces"
+    if error.relative is None:
+        return residual
+    return f"{residual}, which stands for an error of about {_share(error.relative)} its displacement"
+
+
+def _share(part: float) -> str:
+    """A part of something in words: `3 % of`, `2.5 times`."""
+    return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
 
 
 VOUCHER = Reductions()

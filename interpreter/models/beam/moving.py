@@ -36,9 +36,12 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared import Prepared
     from softmark.solvers.dynamics.resolution import Resolution
     from softmark.solvers.dynamics.scheme import Motion
+    from softmark.solvers.dynamics.step_error import StepError
     from softmark.solvers.energies.rod import RodElastic
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.problem import Statics
+
+NUDGE = 1e-6  # of a radian and of a metre: so small a motion is linear in double precision
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,18 @@ class MovingBeam(PreparedMotion):
     def _resolution(self) -> Resolution | None:
         self._turning.reset()  # it is asked for at rest
         return super()._resolution()
+
+    def _step_error(self) -> StepError | None:
+        self._turning.reset()
+        return super()._step_error()
+
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        """By a difference: points around the axis turn with it."""
+        size = float(np.abs(shape).max(initial=0.0)) or 1.0
+        self._turning.reset()
+        small = NUDGE / size
+        shift = self._shift(self._turning.chart.state(small * shape))
+        return lambda X: np.asarray(shift(X)) / small
 
     def _shift(self, x: Floats) -> Callable[[Floats], Floats]:
         """How far points (n, 3) around the axis move in a state."""

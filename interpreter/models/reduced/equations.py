@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Self
@@ -26,7 +27,7 @@ from softmark.interpreter.models.reduced.training import (
 from softmark.interpreter.models.reduced.words import PARTS, Modal, Pod
 from softmark.interpreter.models.shared import outcome
 from softmark.interpreter.models.shared.deformed import Meshed, displacement_of
-from softmark.interpreter.models.shared.motion import PreparedMotion
+from softmark.interpreter.models.shared.motion import PreparedMotion, kept_of
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, case_for, fault
 from softmark.interpreter.vocabulary.analyses import Dynamic
@@ -36,11 +37,14 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.linear.factorisations import Singular
 from softmark.solvers.reduced.cells import part, pressed
+from softmark.solvers.reduced.error_equation import ReducedMotion, dynamic_error, static_error
 from softmark.solvers.reduced.projected import Dense, Projected, Quadratic
 from softmark.solvers.reduced.sampling import Sample, sample
 from softmark.solvers.statics.equilibrium import Equilibrium, NotConverged, Statics, equilibrium
 
 if TYPE_CHECKING:
+    from softmark.solvers.dynamics.problem import Dynamics
+    from softmark.solvers.dynamics.scheme import Motion
     from softmark.solvers.dynamics.trajectory import Trajectory
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Watch
@@ -224,7 +228,6 @@ class PreparedReduced:
     facts: dict[str, Any]
     notes: tuple[Diagnostic, ...]
     failure: str = ""
-    _audit: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def size(self) -> dict[str, int]:
@@ -236,13 +239,11 @@ class PreparedReduced:
         return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
 
     def warm(self) -> None:
-        """Compile what the solution needs, and look once, outside the clock, at the full model's residual."""
+        """Compile what the solution needs."""
         self.rest.static.warm()
-        if self.problem is not None and not self._audit:
-            try:
-                self._audit.update(self._audited(equilibrium(self.problem).x))
-            except NotConverged:  # it is for the solution to say so
-                return
+        if self.problem is not None:
+            with suppress(NotConverged):  # it is for the solution to say so
+                equilibrium(self.problem)
 
     @property
     def mesh(self) -> Mesh:
@@ -278,15 +279,14 @@ class PreparedReduced:
         problem = replace(self.problem, watch=watch)
         remedy = "try a smaller load, more modes, or `cells = all`"
         found = outcome.solution(lambda: equilibrium(problem), remedy, self._finish)
-        return replace(found, facts=found.facts | {"reduced": self.facts | self._audit})
+        return replace(found, facts=found.facts | {"reduced": self.facts})
 
     def _finish(self, found: Equilibrium) -> Solution:
-        if not self._audit:
-            self._audit.update(self._audited(found.x))
         fields = self.problem_fields
         mesh = Recovered(self.rest.static.mesh, fields, found.x)
         solution = outcome.found(found, mesh.at)
-        return replace(solution, notes=outcome.doubts(self.declared, found), mesh=mesh)
+        error = partial(static_error, self.rest.static.problem, fields @ found.x)
+        return replace(solution, notes=outcome.doubts(self.declared, found), mesh=mesh, reduction_error=error)
 
     @property
     def problem_fields(self) -> Floats:
@@ -295,24 +295,14 @@ class PreparedReduced:
             raise ValueError("there are no equations")
         return self.equations.basis.fields
 
-    def _audited(self, q: Floats) -> dict[str, Any]:
-        """The full model's out-of-balance force in the reduced solution, relative to its loads and reactions."""
-        full = self.rest.static.problem
-        x = self.problem_fields @ q
-        g, zero = full.assembly.gradient(x, 1.0), np.zeros_like(x)
-        for load in full.assembly.loads:
-            load.add_gradient(x, zero)
-        scale = max(float(np.linalg.norm(zero)), float(np.linalg.norm(g[full.fixed])))
-        left = float(np.linalg.norm(g[full.assembly.free]))
-        return {"full_residual": left / scale if scale else left}
-
 
 @dataclass(frozen=True)
 class MovingReduced(PreparedMotion):
-    """A reduced model in motion."""
+    """A reduced model in motion; `whole` is the same motion of the full model."""
 
     static: PreparedReduced
     fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    whole: Dynamics | None = None
 
     def warm(self) -> None:
         """Compile what the solution needs: two steps, outside the clock."""
@@ -326,11 +316,23 @@ class MovingReduced(PreparedMotion):
         found = super().solve(watch)
         return replace(found, facts=found.facts | {"reduced": self.static.facts})
 
+    def _state(self, motion: Motion) -> Floats:
+        """Unknowns, velocities and accelerations (3, r) of a motion."""
+        return np.array([motion.x, motion.v, motion.a])
+
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        return super()._mode(self.fields @ shape)
+
     def _finish(self, track: Trajectory, every: int) -> Solution:
+        kept = kept_of(track, every)
+        q, v, a = (np.array([track.observed[i].x[k] for i in kept]) for k in range(3))
         for row in track.observed:
             if row.x is not None:
-                row.x = self.fields @ row.x
-        return super()._finish(track, every)
+                row.x = self.fields @ row.x[0]
+        found = super()._finish(track, every)
+        assert self.whole is not None
+        motion = ReducedMotion(self.fields, track.times[kept], q, v, a)
+        return replace(found, reduction_error=partial(dynamic_error, self.whole, self.problem, motion))
 
 
 # ------------------------------------------------------------------ making one
@@ -344,7 +346,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Worksh
     """The basis, trained where it needs it, and the equations in it. Raises Fault."""
     scene = scene_of(workshop, declared)
     full = scene.declared[model.of]
-    own = case_for(scene, full)
+    own = replace(case_for(scene, full), analysis=case.analysis)
     static, parts = build.at_rest(full.thing, full, own, workshop)
     mass = build.mass_of(full.thing, own, static.mesh, parts)
     rest = Rest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
@@ -444,7 +446,7 @@ def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Worksh
         lagged=False,
         cap=None,
     )
-    return MovingReduced(still, still.declared, whole.analysis, moving, whole.mesh, V)
+    return MovingReduced(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
 
 
 def _start(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:

@@ -46,6 +46,9 @@ class MotionBeside(PreparedMotion):
     def _resolution(self) -> None:
         """Not known: how long it takes to come and go depends on what it meets."""
 
+    def _step_error(self) -> None:
+        """Not known, for the same reason."""
+
     def _state(self, motion: Motion) -> Floats:
         """Displacements, and of every rigid body its middle, axes, velocity and spin in space (18 each,)."""
         told = self.chart.state(motion.x).reshape(-1, 12)

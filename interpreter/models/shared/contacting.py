@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.problem.case import Case, Fault, Touch, fault
 from softmark.interpreter.problem.parts.surface import loaded
 from softmark.interpreter.vocabulary.analyses import Dynamic
+from softmark.interpreter.vocabulary.loads import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier import Barrier
 from softmark.solvers.contact.gaps import gap_of
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 Bools = NDArray[np.bool_]
 THIN = 1e-5  # of the size of a body: where the barrier begins
-SLIGHT = 5e-4  # of how far supports go at rest, where that is less: a gap of it is a thousandth of a force
+SLIGHT = 5e-4  # of the motion at rest, where that is less: a gap of it is a thousandth of a force
 LEAST = 1e-9  # of the size of a body: thinner ones drown in rounding
 BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 
@@ -94,15 +95,52 @@ def size_of(case: Case, mesh: Mesh) -> float:
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
     """As thin as the size of the body and the way of what supports move ask, and as stiff as the body is."""
-    return Barrier(touch.thing.distance or _thin(case, touch, size_of(case, mesh)), BEARS * case.largest_young)
+    return Barrier(touch.thing.distance or _thin(case, touch, mesh), BEARS * case.largest_young)
 
 
-def _thin(case: Case, touch: Touch, extent: float) -> float:
-    """Where a barrier begins, m, of which the gap that it leaves is next to nothing."""
+def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
+    """Distance at which a barrier begins, m, so small that the gap which it leaves is next to nothing.
+
+    At rest it is a small part of the motion that supports prescribe, or where they prescribe none, of the one that forces
+    cause.
+    """
+    extent = size_of(case, mesh)
     if isinstance(case.analysis, Dynamic):
         return THIN * extent
     travel = max((math.hypot(*s.thing.imposed) for s in (*case.supports, *touch.moved)), default=0.0)
+    travel = travel or _compression(case, touch, mesh)
     return min(THIN * extent, max(SLIGHT * travel, LEAST * extent)) if travel else THIN * extent
+
+
+def _compression(case: Case, touch: Touch, mesh: Mesh) -> float:
+    """Shortening of the body under its loads and those on the rigid body, m; 0 where a load has no force.
+
+    F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E: bending moves more.
+    """
+    volume = abs(float(mesh.volumes.sum()))
+    total = sum(_force_of(load.thing.action, case, mesh, volume) for load in case.loads)
+    if touch.along is not None:
+        from softmark.interpreter.models.shared.pressing import force_on
+
+        total += abs(force_on(touch))
+    return total * mesh.extent**2 / (case.largest_young * volume) if volume > 0.0 else 0.0
+
+
+def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
+    """Size of the force of a load, N; 0 of moments, tendons and kinds that are not known here."""
+    match action:
+        case PerMass(acceleration):
+            density = max(material.density or 0.0 for material in case.typical)
+            return density * volume * math.hypot(*acceleration)
+        case AtPoint(_, force):
+            return math.hypot(*force)
+        case PerLength() as line:
+            return line.length * math.hypot(*line.force)
+        case PerArea(where, traction):
+            return math.hypot(*traction) * loaded(case.shape, mesh, where).area_of(case.depth)
+        case Tensile(where, stress, _) | Follower(where, stress):
+            return abs(stress) * loaded(case.shape, mesh, where).area_of(case.depth)
+    return 0.0
 
 
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:

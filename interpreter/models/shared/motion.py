@@ -15,7 +15,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared import crossing
 from softmark.interpreter.models.shared.meshing import mesh_facts
-from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Status
+from softmark.interpreter.models.shared.prepared import ModalErrors, Moved, Prepared, Solution, Status
 from softmark.interpreter.problem.case import Case, Fault, Touch
 from softmark.interpreter.problem.tables import table_fault
 from softmark.interpreter.results.history import KEPT, History
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.models.answers.followed import Followed
+    from softmark.solvers.dynamics.step_error import StepError
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.equilibrium import Statics, Watch
 
@@ -143,6 +144,24 @@ class PreparedMotion:
             return replace(turn, motion="turn")
         return found
 
+    def _step_error(self) -> StepError | None:
+        """The error of the time step in small motions, as a sum of vibration modes; None where it is not known."""
+        from softmark.solvers.dynamics.step_error import step_error
+
+        with np.errstate(all="ignore"):
+            return step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
+
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        """Displacements (n, 3) of material points X (n, 3), m, in a mode of `shape` (dofs,)."""
+        from softmark.interpreter.models.shared.deformed import displacement_of
+
+        assert self.mesh is not None
+        return displacement_of(self.mesh, shape.reshape(-1, 3))
+
+    def _step_errors(self) -> ModalErrors | None:
+        found = self._step_error()
+        return None if found is None else ModalErrors(found, tuple(self._mode(s) for s in found.shapes.T))
+
     def _finish(self, track: Trajectory, every: int) -> Solution:
         step, kept = self.analysis.step, kept_of(track, every)
         shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
@@ -174,7 +193,8 @@ class PreparedMotion:
         )
         facts |= {} if found is None else {"resolution": found.facts}
         status: Status = "capped" if missed else "converged"
-        return Solution(status, message, facts, notes=notes, history=history, followed=self._followed(track), **shown)
+        known = {"history": history, "followed": self._followed(track), "step_errors": self._step_errors}
+        return Solution(status, message, facts, notes=notes, **known, **shown)
 
     def _followed(self, track: Trajectory) -> Followed | None:
         """What contacts do; None where there are none."""

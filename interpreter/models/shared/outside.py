@@ -63,15 +63,24 @@ def loose(
 
 def found(solid: Any, problem: Statics) -> Equilibrium:
     """The equilibrium of a solid that touches, and where a rigid body that loads press is. Raises NotConverged."""
-    from softmark.solvers.statics.clear import clear
+    from softmark.solvers.statics.clear import PassedThrough, clear
     from softmark.solvers.statics.equilibrium import equilibrium
+    from softmark.solvers.statics.rigid_substeps import in_substeps, substeps_of
 
-    def find(problem: Statics) -> Equilibrium:
+    def whole(problem: Statics) -> Equilibrium:
         if solid.loose is None:
             return clear(problem, equilibrium)
         from softmark.solvers.statics.grounded import grounded
 
         return clear(problem, lambda own: grounded(own, equilibrium))
+
+    def find(problem: Statics) -> Equilibrium:
+        try:
+            return whole(problem)
+        except PassedThrough:
+            if (count := substeps_of(problem)) == 1:
+                raise
+            return in_substeps(problem, whole, count)
 
     case: Case = solid.pieces[0].case
     if not case.pressed:

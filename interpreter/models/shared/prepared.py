@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.gaps.gap import Gap
     from softmark.solvers.contact.points import Joined
+    from softmark.solvers.dynamics.step_error import StepError
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.reduced.error_equation import ReductionError
     from softmark.solvers.statics.equilibrium import Watch
     from softmark.solvers.stresses.field import Stresses
 
@@ -107,6 +109,23 @@ class Spent:
 
 
 @dataclass(frozen=True)
+class ModalErrors:
+    """Error of the time step of a motion as a sum of vibration modes, and displacements (n, 3) of points in each mode."""
+
+    modes: StepError
+    shapes: tuple[Callable[[Floats], Floats], ...]
+
+    def at(self, X: Floats, times: Floats) -> Floats:
+        """Displacement error (t, n, 3), m, of material points X (n, 3), m, at `times` (t,), s."""
+        import numpy as np
+
+        found = np.zeros((len(times), *X.shape))
+        for shape, error in zip(self.shapes, self.modes.error.T, strict=True):
+            found += np.interp(times, self.modes.times, error)[:, None, None] * np.asarray(shape(X))
+        return found
+
+
+@dataclass(frozen=True)
 class Solution:
     """What a model found: displacements of material points, or a message that says why there are none."""
 
@@ -122,6 +141,8 @@ class Solution:
     followed: Followed | None = None  # of a motion with contacts: what these do
     at_rest: AtRest | None = None  # what that comes to: of solutions that an error is stated from
     spent: Spent | None = None  # of one that another program solved: our clock knows nothing of it
+    reduction_error: Callable[[], ReductionError] | None = None  # of a reduced model, against the full equations
+    step_errors: Callable[[], ModalErrors | None] | None = None  # of a motion, made when asked for: costs little
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz, about a static equilibrium
 
 

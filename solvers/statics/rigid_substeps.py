@@ -1,0 +1,116 @@
+"""Substeps of rigid bodies that are thinner than their motion: each goes no farther than half of the thickness.
+
+In one step such a body would pass through the surface, or come to lie behind it where the nearest way out is sideways.
+Loads act in full in every substep; rigid bodies and imposed displacements go in equal parts. With friction the way
+matters, and with turning supports points go on circles: neither is split.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.contact.gaps.gap import Gap, inside
+from softmark.solvers.contact.pose import Pose, Posed, declared
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
+
+Find = Callable[[Statics], Equilibrium]
+
+SHARE = 0.5  # of the distance from the middle of a rigid body to its surface: how far it goes in a substep
+MOST = 200  # substeps
+
+
+def substeps_of(problem: Statics) -> int:
+    """How many substeps the rigid bodies of a problem need; 1 where none is thin or the motion cannot be split."""
+    contacts = _contacts(problem)
+    if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
+        return 1
+    return max((_needed(contact) for contact in contacts), default=1)
+
+
+def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
+    """What `find` finds at the end of `count` substeps, each started from the one before. Raises NotConverged."""
+    contacts, history, x = _contacts(problem), tuple[Iteration, ...](), problem.start
+    first = np.zeros_like(problem.target) if x is None else (x - problem.rest)[problem.fixed]
+    places, extras = [_start(c) for c in contacts], [c.extra for c in contacts]
+    found: Equilibrium | None = None
+    for number in range(1, count + 1):
+        share = number / count
+        moved = []
+        for contact, place, extra in zip(contacts, places, extras, strict=True):
+            end = _between(_start(contact), contact.posed(1.0), share)
+            own = replace(contact, posed=contact.posed if number == count else _Still(end), earlier=place)
+            moved.append(own if extra is contact.extra else own.joining(extra, problem.rest if x is None else x))
+        target = first + share * (problem.target - first)
+        try:
+            found = find(replace(_with(problem, moved), target=target, start=x))
+        except NotConverged as failure:
+            reason = f"{failure.reason} (in substep {number} of {count})"
+            raise NotConverged(reason, (*history, *failure.history), failure.facts, failure.unstable) from failure
+        history, x = (*history, *found.history), found.x
+        places = [contact.body for contact in found.beside]
+        extras = [contact.extra for contact in found.beside]
+    assert found is not None
+    return replace(found, history=history, load_steps=count)
+
+
+class _Still:
+    """A rigid body that stays at one place whatever the load."""
+
+    def __init__(self, body: Gap) -> None:
+        self.body = body
+
+    def __call__(self, share: float) -> Gap:
+        return self.body
+
+    def pose(self, share: float) -> Pose:
+        """Its motion from where it is declared."""
+        return _pose(self.body)
+
+
+def _contacts(problem: Statics) -> list[Any]:
+    return [energy for energy in problem.assembly.loads if energy.driven]
+
+
+def _with(problem: Statics, contacts: list[Any]) -> Statics:
+    """The problem with these contacts in place of its own, which are the last of the loads."""
+
+    def each(assembly: Any) -> Any:
+        plain = [energy for energy in assembly.loads if not energy.driven]
+        return assembly.joined([*plain, *contacts])
+
+    return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))
+
+
+def _needed(contact: Any) -> int:
+    """How many substeps of one rigid body, from where it is to where it goes."""
+    start, end = _start(contact), contact.posed(1.0)
+    inner = inside(declared(end))
+    if not 0.0 < inner < math.inf:
+        return 1
+    way: Floats = _pose(end).moved(contact.X) - _pose(start).moved(contact.X)
+    travel = float(np.linalg.norm(way, axis=1).max(initial=0.0))
+    return min(MOST, max(1, math.ceil(travel / (SHARE * inner))))
+
+
+def _start(contact: Any) -> Gap:
+    found: Gap = contact.posed(0.0) if contact.earlier is None else contact.earlier
+    return found
+
+
+def _pose(body: Gap) -> Pose:
+    return body.pose if isinstance(body, Posed) else Pose()
+
+
+def _between(start: Gap, end: Gap, share: float) -> Gap:
+    a, b = _pose(start), _pose(end)
+    shift, rotation = (
+        tuple(((1.0 - share) * np.array(p) + share * np.array(q)).tolist())
+        for p, q in ((a.shift, b.shift), (a.rotation, b.rotation))
+    )
+    return Posed(declared(end), Pose(shift, rotation, b.about))
