@@ -14,7 +14,7 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Law, Left, OnFaces
+from softmark.interpreter.exchange.record import AtNodes, Deck, Ended, Foreign, Hold, Ints, Law, Left, OnFaces
 from softmark.interpreter.exchange.units import Unasked, Units
 from softmark.solvers.mesh.files.flaws import at, components, twins
 
@@ -53,6 +53,8 @@ class Written:
     mesh: str | None
     left: tuple[Left, ...]
     turned: str | None
+    taken: tuple[str, ...] = ()
+    ended: tuple[Ended, ...] = ()
 
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
@@ -64,10 +66,12 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     if deck.mesh is None:
         mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
     left, turned = tuple(dict.fromkeys(deck.left)), _turned(deck, units)
+    taken = list(deck.taken)  # that cells are turned is told by a warning of its own
     if turned is not None:
         deck.taken.append(f"{turned}: a scene turns them")
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
-    return Written(format_source(Source(deck.title, text)), mesh, left, turned)
+    scene = format_source(Source(deck.title, text))
+    return Written(scene, mesh, left, turned, tuple(dict.fromkeys(taken)), tuple(dict.fromkeys(deck.ended)))
 
 
 def _one_piece(deck: Deck) -> None:
@@ -89,6 +93,8 @@ def _turned(deck: Deck, units: Units) -> str | None:
 
 
 def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
+    for ended in dict.fromkeys(deck.ended):
+        yield from _comment(f"without effect: {ended.described}")
     for what in deck.taken:
         yield from _comment(f"taken so: {what}")
     for own in left:
