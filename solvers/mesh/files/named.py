@@ -15,6 +15,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import abaqus_sets
+from softmark.solvers.mesh.files.gmsh22 import PHYSICAL
 from softmark.solvers.mesh.group import Group
 from softmark.solvers.mesh.groups import faces_of
 from softmark.solvers.mesh.mesh import Ints
@@ -89,8 +90,9 @@ def masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list
             yield name, [_mask(len(b.data), own) for b, own in zip(data.cells, sets, strict=True)]
     arrays = getattr(data, "cell_data", {})
     for array, blocks in arrays.items():
-        if array == "gmsh:physical":
-            yield from ((n, m) for n, m in _physical(data, blocks, dims) if n not in said)
+        if array == PHYSICAL:
+            layers = [own for word, own in arrays.items() if word == PHYSICAL or word.startswith(f"{PHYSICAL} ")]
+            yield from ((n, m) for n, m in _physical(data, layers, dims) if n not in said)
         elif not array.startswith("gmsh:") and array not in said:
             yield from _numbered(array, blocks)
 
@@ -102,13 +104,15 @@ def _mask(count: int, members: Any) -> Any:
     return found
 
 
-def _physical(data: Any, blocks: list[Any], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
-    """Physical groups of Gmsh, by name, and those without one by number."""
+def _physical(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
+    """Physical groups of Gmsh, by name, and those without one by number; a cell has one group in each layer."""
     names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
     dims = [block.dim for block in data.cells]
-    used = {(int(t), d) for own, d in zip(blocks, dims, strict=True) for t in np.unique(own) if t and d in of}
+    used = {(int(t), d) for blocks in layers for own, d in zip(blocks, dims, strict=True) for t in np.unique(own)
+            if t and d in of}  # fmt: skip
     for tag, dim in sorted(used):
-        which = [(np.asarray(own) == tag) & (d == dim) for own, d in zip(blocks, dims, strict=True)]
+        each = zip(dims, *layers, strict=True)
+        which = [np.any([np.asarray(one) == tag for one in own], axis=0) & (d == dim) for d, *own in each]
         twice = (tag, sum(of) - dim) in used and (tag, dim) not in names
         beside = FACES if dim == 2 else EDGES
         yield names.get((tag, dim), f"{tag}{beside}" if twice and dim == of[1] else str(tag)), which

@@ -19,7 +19,7 @@ import numpy as np
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.files import ended, gmsh1, gmsh4
+from softmark.solvers.mesh.files import ended, gmsh1, gmsh4, gmsh22, vtk_legacy, vtk_xml
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import MESHES, filling
 from softmark.solvers.mesh.files.rationing import rationed
@@ -29,6 +29,7 @@ from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 if TYPE_CHECKING:
     from softmark.solvers.mesh.group import Group
 
+VTK = frozenset({".vtk", ".vtu"})  # either may hold a legacy or an XML file
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
@@ -227,6 +228,8 @@ def parsed(path: Path) -> Any:
             return gmsh1.read(path)
         except gmsh1.Malformed as error:
             raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
+    if path.suffix.lower() in VTK and (found := _vtk(path)) is not None:
+        return found
     if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
         raise UnreadableMesh("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
     import meshio
@@ -235,12 +238,31 @@ def parsed(path: Path) -> Any:
     return _tried(path, (k for k in kinds if k not in UNENDING))
 
 
+def _vtk(path: Path) -> Any:
+    """A file of VTK by what it holds, whatever its name; None if meshio is to be asked. Raises UnreadableMesh."""
+    with path.open("rb") as file:
+        head = file.read(4096)
+    try:
+        with rationed(path):
+            if vtk_legacy.recognised(head):
+                return vtk_legacy.read(path)
+            if vtk_xml.recognised(head):
+                data = vtk_xml.inlined(path.read_bytes())
+            else:
+                return None
+    except (vtk_legacy.Malformed, ValueError, MemoryError) as error:
+        raise UnreadableMesh(f"it is no complete file of VTK ({_reason(error)})", remedy=AGAIN) from error
+    with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
+        (file := Path(folder, "mesh.vtu")).write_bytes(data)
+        return _tried(file, ["vtu"])
+
+
 def _with_groups(path: Path, kind: str) -> Any:
     """A file of Gmsh, elements in no physical group included."""
     import meshio
 
     if (data := gmsh4.completed(path)) is None:
-        return meshio.read(path, kind)
+        return gmsh22.merged(meshio.read(path, kind))
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (file := Path(folder, path.name)).write_bytes(data)
         return meshio.read(file, kind)
