@@ -19,10 +19,11 @@ import numpy as np
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.files import ended, gmsh1, gmsh4, gmsh22, vtk_legacy, vtk_xml
+from softmark.solvers.mesh.files import ended, gmsh1, gmsh4
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import MESHES, filling
 from softmark.solvers.mesh.files.rationing import rationed
+from softmark.solvers.mesh.files.vtk import legacy, xml
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 
@@ -244,13 +245,13 @@ def _vtk(path: Path) -> Any:
         head = file.read(4096)
     try:
         with rationed(path):
-            if vtk_legacy.recognised(head):
-                return vtk_legacy.read(path)
-            if vtk_xml.recognised(head):
-                data = vtk_xml.inlined(path.read_bytes())
+            if legacy.recognised(head):
+                return legacy.read(path)
+            if xml.recognised(head):
+                data = xml.inlined(path.read_bytes())
             else:
                 return None
-    except (vtk_legacy.Malformed, ValueError, MemoryError) as error:
+    except (legacy.Malformed, ValueError, MemoryError) as error:
         raise UnreadableMesh(f"it is no complete file of VTK ({_reason(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (file := Path(folder, "mesh.vtu")).write_bytes(data)
@@ -261,8 +262,10 @@ def _with_groups(path: Path, kind: str) -> Any:
     """A file of Gmsh, elements in no physical group included."""
     import meshio
 
+    from softmark.solvers.mesh.files import named
+
     if (data := gmsh4.completed(path)) is None:
-        return gmsh22.merged(meshio.read(path, kind))
+        return named.merged(meshio.read(path, kind))
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (file := Path(folder, path.name)).write_bytes(data)
         return meshio.read(file, kind)

@@ -1,15 +1,13 @@
-"""VTK's legacy files, as text and binary; a file of this ending may also hold XML."""
+"""VTK's legacy files, as text and binary."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from softmark.interpreter.models.results.readers import vtu
 from softmark.interpreter.models.results.readers.moments import AGAIN, moment, told
 from softmark.interpreter.models.results.told import Told
 from softmark.references.measured import Unreadable
-from softmark.solvers.mesh.files import vtk_xml
 from softmark.solvers.mesh.files.reading import UnreadableMesh, parsed
 
 DATASET = re.compile(rb"^\s*DATASET\s+(\S+)", re.MULTILINE | re.IGNORECASE)
@@ -18,8 +16,6 @@ DATASET = re.compile(rb"^\s*DATASET\s+(\S+)", re.MULTILINE | re.IGNORECASE)
 def read(file: Path) -> Told:
     """One moment, whose time the format does not tell. Raises Unreadable."""
     data = file.read_bytes()
-    if vtk_xml.recognised(data):
-        return vtu.read(file)
     kinds = DATASET.findall(data)
     if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):
         reason = f"it holds {other.decode('latin-1')[:40]}, no unstructured grid"

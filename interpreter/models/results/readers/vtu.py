@@ -24,7 +24,6 @@ from softmark.interpreter.models.results.told import Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
 from softmark.references.rationing import rationed
-from softmark.solvers.mesh.files import vtk_legacy
 
 Array = NDArray[np.generic]
 
@@ -43,11 +42,6 @@ LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 
 
 def read(file: Path) -> Told:
     """One moment. Raises Unreadable."""
-    with file.open("rb") as start:
-        if vtk_legacy.recognised(start.read(4096)):
-            from softmark.interpreter.models.results.readers import vtk
-
-            return vtk.read(file)
     return told(file.name, [read_moment(file)])
 
 

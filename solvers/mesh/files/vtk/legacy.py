@@ -86,8 +86,6 @@ class _Reader:
         total = sum(len(ends) for ends, _ in self.lists.values())
         blocks: dict[str, tuple[list[Ints], list[Ints]]] = {}
         for word, cells, which in rows:
-            if len(cells) and (int(cells.min()) < 0 or int(cells.max()) >= n):
-                raise Malformed(f"a cell names point {int(cells.max())}, and there are {n} from 0 on")
             own = blocks.setdefault(word, ([], []))
             own[0].append(cells)
             own[1].append(which)
