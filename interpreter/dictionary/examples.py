@@ -15,7 +15,7 @@ _VALUES = {
 _FITTING = {  # of fields whose value must go with that of another, or that take some shapes alone
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
-    "limit": "30", "alpha": "[1.3, 5]",
+    "mesh": 'mesh("file.msh", unit = 1 mm)', "limit": "30", "alpha": "[1.3, 5]",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
     "outer_along": "30 mm", "rim": "5 mm", "rounding": "2 mm", "uncertainty": "0.05 mm", "sheets": "+y",
 }  # fmt: skip

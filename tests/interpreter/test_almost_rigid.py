@@ -1,4 +1,4 @@
-"""A body that its supports turn almost rigidly: its cells' forces are less than their own rounding, and balance to it."""
+"""A body that its supports turn almost rigidly: forces of its cells are below their rounding, and balance to it."""
 
 from __future__ import annotations
 
