@@ -15,13 +15,15 @@ _VALUES = {
 _FITTING = {  # of fields whose value must go with that of another, or that take some shapes alone
     "one": "box(size = (20, 20, 5) mm)", "other": "sphere(radius = 8 mm)",
     "inner": "10 mm", "first": "(0, 0, 0) mm", "second": "(48, 44, 0) mm", "third": "(48, 60, 0) mm",
-    "limit": "30", "alpha": "[1.3, 5]",
+    "mesh": 'mesh("file.msh", unit = 1 mm)', "limit": "30", "alpha": "[1.3, 5]",
     "fourth": "(0, 44, 0) mm", "region": "quarter_ring(inner = 10 mm, outer = 20 mm)", "thickness": "1 mm",
     "outer_along": "30 mm", "rim": "5 mm", "rounding": "2 mm", "uncertainty": "0.05 mm", "sheets": "+y",
 }  # fmt: skip
 _FILES = {"filled": '"file.stl"', "markers": '"file.csv"', "table": '"file.csv"', "ct_volume": '"file.nrrd"'}
 _CHOSEN = {  # fields that may be left out, but mostly are needed, one or another of them
     "arc": ("side",), "curve_error": ("over",), "network": ("radius",),
+    "fem": ("size",), "mass_spring": ("size",), "outside": ("size",), "torque": ("where",),
+    "curve": ("uncertainty",), "consensus": ("spread",), "consensus_curve": ("uncertainty", "codes"),
     "fung_orthotropic": ("sheets",), "holzapfel_gasser_ogden": ("sheets",), "holzapfel_ogden": ("sheets",),
 }  # fmt: skip
 _SAMPLES = {
@@ -32,6 +34,7 @@ _SAMPLES = {
     "variants": "[10, 5, 2.5] mm", "vectors": "[(0, 0, 0), (0, 0, 1), (1, 0, 1)] m", "pairs": "[(1, 2), (2, 3)]",
     "each": "20 mm", "fibres": "+x",
 }  # fmt: skip
+_OWN = {("column", "values"): "[10, 5] mm"}  # by word and field: as many as there are models
 _LISTS = {units.NONE: "[0.3, 0.2]", units.LENGTH: _SAMPLES["list"]}  # of what has a dimension
 
 
@@ -40,7 +43,8 @@ def example(c: Constructor) -> str:
     chosen = (*_CHOSEN.get(c.name, ()), *(names[0] for names in getattr(c.cls, "either", ())))
     given = [f for f in c.fields if f.required or f.name in chosen]
     files = {f.name: _FILES[c.name] for f in given if f.form == "file" and c.name in _FILES}
-    arguments = [f"{f.name} = {files.get(f.name) or sample(f)}" for f in given]
+    own = {f.name: files.get(f.name) or _OWN.get((c.name, f.name)) or sample(f) for f in given}
+    arguments = [f"{name} = {value}" for name, value in own.items()]
     return f"{c.name}({', '.join(arguments)})"
 
 
@@ -50,6 +54,10 @@ def sample(f: Field) -> str:
         return _FITTING[f.name]
     if f.name == "over" and f.kind == "metric":
         return "NAME_OF_ANOTHER_METRIC"
+    if f.name == "rigid" and f.kind == "body":
+        return "NAME_OF_RIGID_BODY"
+    if f.name == "to" and f.form == "vector":  # not where `from` is
+        return f"(1, 1, 2) {units.of_vector(f.dimension or units.NONE)}"
     if f.form == "quantity":
         dimension = f.dimension or units.NONE
         return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")

@@ -39,6 +39,8 @@ def checked(voucher: Voucher, found: Found) -> tuple[dict[str, Any], str | None]
     carried = found.solution.carried()
     scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
     again, noise, unknown = _again(voucher, found) if scale != 0.0 else ({}, 0.0, None)
+    if unknown is None and scale != 0.0:  # cells that turn as a whole have forces that are less than their rounding
+        allowed += voucher.rounding(found)
     if scale <= noise:  # which is all that there is where a body is moved as a whole
         why = "what acts is less than rounding leaves" if scale > 0.0 else "nothing acts"
         nothing = {"force": 0.0, "moment": 0.0, "allowed": 0.0, "apart": None, "reason": why}

@@ -6,6 +6,7 @@ Source: FEBio User's Manual, version 3.4 (material models, boundary conditions, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,8 @@ import numpy as np
 
 from softmark.interpreter.exchange import sets
 from softmark.interpreter.exchange.loads_of import alike, together
-from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
+from softmark.interpreter.exchange.record import Deck, Ended, Floats, Foreign, Ints, Law, Left, OnFaces, Part
+from softmark.interpreter.exchange.units import Declared
 from softmark.interpreter.exchange.xml_words import Words, child
 from softmark.interpreter.models.results.readers.trees import ElementT, parsed
 
@@ -41,14 +43,29 @@ LAWS = {  # its type: our word, constants by its names, and choices
 }
 
 
-def read(path: Path) -> Deck:
-    """A deck. Raises Unreadable, Foreign."""
-    return _Reader(path).deck()
+UNITS = {  # FEBio's name of a system: ours. Source: FEBio User's Manual, version 4, section "Module"
+    "SI": "m-kg-s",
+    "mm-N-s": "mm-t-s",
+    "mm-kg-s": "mm-kg-s",
+    "um-nN-s": "um-g-s",
+    "CGS": "cm-g-s",
+    "mm-g-s": "mm-g-s",
+    "mm-mg-s": "mm-mg-s",
+}
+
+
+def read(path: Path, moment: float | None = None) -> Deck:
+    """A deck at a moment of its analysis, by default its end. Raises Unreadable, Foreign."""
+    return _Reader(path, moment).deck()
 
 
 class _Reader:
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, moment: float | None = None) -> None:
         self.name = path.name
+        self.moment = moment
+        self.reading = ""  # the load or support that is being read
+        self.ended: list[Ended] = []
+        self.below: list[str] = []  # what is smaller at the moment than it was before
         self.words = Words(path.name)
         self.top = parsed(path.name, path.read_bytes(), "febio_spec")
         self.left: list[Left] = []
@@ -73,8 +90,11 @@ class _Reader:
         if found.kind in ("tet10", "hex20"):
             found.taken.append(f"{found.kind} is integrated as it is here; FEBio may take other points")
         if next(self._section("LoadData"), None) is not None:
-            found.taken.append("what follows a curve has the size that it has at the end of the analysis")
-        found.left = self.left
+            where = "at the end of the analysis" if self.moment is None else f"at time {self.moment:g}"
+            found.taken.append(f"what follows a curve has the size that it has {where}")
+        found.taken += self.below
+        found.left, found.ended, found.units = self.left, self.ended, self._units()
+        self._something_acts(found)
         return found
 
     def _section(self, tag: str) -> Iterator[ElementT]:
@@ -83,6 +103,20 @@ class _Reader:
 
     def _leave(self, what: str, why: str) -> None:
         self.left.append(Left(what, why))
+
+    def _units(self) -> Declared | None:
+        own = (child(self.top.find("Module"), "units") or "").strip()
+        same = {theirs.lower(): ours for theirs, ours in UNITS.items()}
+        return Declared(own, same.get(own.lower().replace("_", "-"))) if own else None
+
+    def _something_acts(self, found: Deck) -> None:
+        """Raises Foreign where all that acts has ended at the moment that is carried over."""
+        moves = any(any(hold.values) for hold in found.holds)
+        if not found.ended or moves or found.pushes or found.forces or found.weights:
+            return
+        own = max(found.ended, key=lambda ended: abs(ended.peak))
+        raise Foreign(f"{self.name}: nothing acts at the end: {own.described}",
+                      f"say whose moment is wanted: `--at {own.when:g}` has the greatest load", "E758")  # fmt: skip
 
     def _kind_of_analysis(self) -> None:
         module = self.top.find("Module")
@@ -276,11 +310,21 @@ class _Reader:
         factor = 1.0 if lc in (None, "0") else self._curve(str(lc))
         return None if factor is None else values * factor
 
-    def _curve(self, number: str) -> float | None:
-        """The value of a curve at the end."""
+    def _end(self) -> float | None:
+        """The moment that is carried over. Raises Foreign if the analysis does not reach it."""
         control = self.top.find("Control")
         steps, size = child(control, "time_steps"), child(control, "step_size")
         end = None if steps is None or size is None else self.words.number(steps) * self.words.number(size)
+        if self.moment is None:
+            return end
+        if not 0.0 <= self.moment <= (math.inf if end is None else end * (1.0 + 1e-9)):
+            raise Foreign(f"time {self.moment:g} is no moment of the analysis of {self.name}",
+                          "give one from 0 to its end" + ("" if end is None else f", `--at {end:g}`"))  # fmt: skip
+        return self.moment
+
+    def _curve(self, number: str) -> float | None:
+        """The value of a curve at the moment that is carried over; None if it is not known there."""
+        end = self._end()
         for own in self._section("LoadData"):
             if own.get("id") != number or own.get("type") != "loadcurve" or end is None:
                 continue
@@ -288,18 +332,41 @@ class _Reader:
             rows = np.array([self.words.floats(p.text, 2) for p in (points if points is not None else [])])
             if not len(rows) or (np.diff(rows[:, 0]) < 0).any():
                 return None
-            exact = np.flatnonzero(np.isclose(rows[:, 0], end, rtol=1e-9, atol=0.0))
-            if len(exact):
-                return float(rows[exact[-1], 1])
-            straight = (child(own, "interpolate") or "LINEAR").strip().upper() in ("LINEAR", "1")
-            inside = rows[0, 0] <= end <= rows[-1, 0]
-            return float(np.interp(end, rows[:, 0], rows[:, 1])) if straight and inside else None
+            value = self._at(own, rows, end)
+            if value is not None:
+                self._watch(number, value, rows[rows[:, 0] <= end * (1.0 + 1e-9)], end)
+            return value
         return None
+
+    def _at(self, own: ElementT, rows: Floats, end: float) -> float | None:
+        """The value of a curve, points (n, 2), at a time; None if it is not known there."""
+        exact = np.flatnonzero(np.isclose(rows[:, 0], end, rtol=1e-9, atol=0.0))
+        if len(exact):
+            return float(rows[exact[-1], 1])
+        straight = (child(own, "interpolate") or "LINEAR").strip().upper() in ("LINEAR", "1")
+        constant = (child(own, "extend") or "CONSTANT").strip().upper() in ("CONSTANT", "0")
+        if end > rows[-1, 0] and constant:
+            return float(rows[-1, 1])
+        inside = rows[0, 0] <= end <= rows[-1, 0]
+        return float(np.interp(end, rows[:, 0], rows[:, 1])) if straight and inside else None
+
+    def _watch(self, number: str, value: float, before: Floats, end: float) -> None:
+        """Note that a curve, with points (n, 2) up to the moment, is smaller there than it was before."""
+        if not len(before):
+            return
+        when, peak = before[int(np.argmax(np.abs(before[:, 1])))].tolist()
+        if abs(value) >= abs(peak) * (1.0 - 1e-9):
+            return
+        if abs(value) <= 1e-12 * abs(peak):
+            self.ended.append(Ended(self.reading, number, peak, when, end))
+        else:
+            self.below.append(f"{self.reading} follows curve {number[:20]}, which is {value:g} at time {end:g} and was "
+                              f"{peak:g} at time {when:g}")  # fmt: skip
 
     def _boundary(self, found: Deck) -> None:
         told: dict[tuple[int, int], float] = {}
         for own in self._section("Boundary"):
-            what = f"the support `{own.get('name', own.get('type', ''))[:60]}`"
+            what = self.reading = f"the support `{own.get('name', own.get('type', ''))[:60]}`"
             nodes = self._nodes(own.get("node_set", ""))
             acts = self._mapped(own) or self._prescribed(own)
             if own.tag != "bc" or nodes is None or acts is None:
@@ -344,7 +411,7 @@ class _Reader:
         return None
 
     def _load(self, own: ElementT, found: Deck) -> None:
-        what = f"the load `{own.get('name', own.get('type', ''))[:60]}`"
+        what = self.reading = f"the load `{own.get('name', own.get('type', ''))[:60]}`"
         if own.tag == "nodal_load" and own.get("type") == "nodal_force":
             self._at_nodes(own, what, found)
         elif own.tag == "surface_load":
@@ -382,6 +449,8 @@ class _Reader:
             self._leave(what, "its surface or its size at the end is not known")
             return
         x, *yz = value.tolist()
+        if not any(value.tolist()):
+            return
         push = OnFaces(name, faces, x) if count == 1 else OnFaces(name, faces, traction=(x, yz[0], yz[1]))
         found.pushes.append(push)
 
@@ -394,5 +463,6 @@ class _Reader:
             self._leave(what, "not one vector on the whole body at the end")
             return
         x, y, z = (-vector).tolist()
-        found.weights.append((x, y, z))
+        if any((x, y, z)):
+            found.weights.append((x, y, z))
         found.taken.append("a body force b acts as -density b, as FEBio's source has it")

@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 
 AGAIN = "write the file again"
 READERS = {".feb": "feb", ".inp": "inp", ".msh": "msh", ".pml": "pml"}
+WITH_CURVES = frozenset({"feb"})  # readers that can carry over a moment before the end
 TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
 
 
-def read(path: Path) -> Deck:
-    """What a file says. Raises Unreadable, Foreign."""
+def read(path: Path, moment: float | None = None) -> Deck:
+    """The deck or mesh in a file, at a moment of its analysis (by default its end). Raises Unreadable, Foreign."""
     import numpy as np
 
     from softmark.references.measured import UNPACK, Unreadable, must_be_unpacked
@@ -29,13 +30,19 @@ def read(path: Path) -> Deck:
         remedy = UNPACK if path.suffix.lower() == ".gz" else f"known are {TITLES}"
         raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", remedy)
     own = import_module(f"softmark.interpreter.exchange.{reader}")
+    if moment is not None and reader not in WITH_CURVES:
+        from softmark.interpreter.exchange.record import Foreign
+
+        raise Foreign(
+            f"{path.name} has no curves over time that are read", "leave out `--at`: decks of FEBio have them"
+        )
     try:
         if not path.is_file():
             what = "it is a folder" if path.is_dir() else "there is no such file"
             raise Unreadable(path.name, what, "name a file that is there")
         must_be_unpacked(path)
         with rationed(path), np.errstate(all="ignore"):
-            found: Deck = own.read(path)
+            found: Deck = own.read(path) if moment is None else own.read(path, moment)
     except (MemoryError, OSError, RecursionError) as error:
         raise Unreadable(path.name, reason_of(error), AGAIN) from None
     except (ValueError, LookupError, ArithmeticError) as error:  # what no reader has thought of is no scene either

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.exchange.faces import Sides
+from softmark.interpreter.exchange.units import Declared
 from softmark.solvers.mesh.mesh import Mesh
 
 Floats = NDArray[np.float64]
@@ -25,9 +26,9 @@ Vector = tuple[float, float, float]
 class Foreign(Exception):
     """A file means something that no scene can say, so that nothing of it is carried over: why, and what to do."""
 
-    def __init__(self, reason: str, remedy: str) -> None:
+    def __init__(self, reason: str, remedy: str, code: str = "E753") -> None:
         super().__init__(reason)
-        self.reason, self.remedy = reason, remedy
+        self.reason, self.remedy, self.code = reason, remedy, code
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,26 @@ class Left:
     line: int | None = None
 
 
+@dataclass(frozen=True)
+class Ended:
+    """A load or motion whose curve is zero at the moment that is carried over, and was not before.
+
+    `peak` is the greatest value of the curve before that moment and `when` its time, in the file's unit of time.
+    """
+
+    what: str
+    curve: str
+    peak: float
+    when: float
+    moment: float
+
+    @property
+    def described(self) -> str:
+        """The same in words."""
+        return (f"{self.what} is 0 at time {self.moment:g}, which is carried over: "
+                f"its curve {self.curve[:20]} is {self.peak:g} at time {self.when:g}")  # fmt: skip
+
+
 @dataclass
 class Deck:
     """One body at rest. `mesh` is a file that a scene can read as it is; where it is None there are arrays."""
@@ -124,6 +145,8 @@ class Deck:
     mesh: Path | None = None
     pieces: int = 1  # of the body, which share no nodes
     left: list[Left] = field(default_factory=list)
+    units: Declared | None = None  # as the file declares them
+    ended: list[Ended] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)  # how something was understood that can be understood otherwise
 
     @cached_property

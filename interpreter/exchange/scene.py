@@ -14,7 +14,7 @@ from softmark.grammar.diagnostic import Source, visible
 from softmark.grammar.parse import parse
 from softmark.grammar.print import format_source
 from softmark.interpreter.exchange import mesh_file
-from softmark.interpreter.exchange.record import AtNodes, Deck, Foreign, Hold, Ints, Left, OnFaces, Part
+from softmark.interpreter.exchange.record import AtNodes, Deck, Ended, Foreign, Hold, Ints, Left, OnFaces, Part
 from softmark.interpreter.exchange.units import Unasked, Units
 from softmark.solvers.mesh.files.flaws import at, components, overlap, twins
 from softmark.solvers.mesh.mesh import Mesh
@@ -57,6 +57,7 @@ class Written:
     left: tuple[Left, ...]
     turned: str | None
     taken: tuple[str, ...] = ()
+    ended: tuple[Ended, ...] = ()
 
 
 def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
@@ -70,7 +71,8 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     left, turned, taken = tuple(dict.fromkeys(deck.left)), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
     deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
-    return Written(format_source(Source(deck.title, text)), mesh, left, turned, taken)
+    scene = format_source(Source(deck.title, text))
+    return Written(scene, mesh, left, turned, taken, tuple(dict.fromkeys(deck.ended)))
 
 
 def _count_pieces(deck: Deck) -> None:
@@ -101,6 +103,8 @@ def _turned(deck: Deck, units: Units) -> str | None:
 
 
 def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
+    for ended in dict.fromkeys(deck.ended):
+        yield from _comment(f"without effect: {ended.described}")
     for what in deck.taken:
         yield from _comment(f"taken so: {what}")
     for own in left:

@@ -1,4 +1,4 @@
-"""What one unit of a file's numbers is, as somebody has told: files of meshes and decks do not say.
+"""Units of the numbers in a file: told on the command line, or declared by the file (decks of FEBio may do so).
 
 Length, stress and time give all others: a force is a stress times an area, a density a stress times time squared by
 length squared. To add a system: a line in SYSTEMS.
@@ -20,8 +20,15 @@ SYSTEMS: dict[str, tuple[str, str, str]] = {  # its name in the order length, ma
     "mm-g-s": ("mm", "Pa", "s"),
     "mm-kg-ms": ("mm", "GPa", "ms"),
     "mm-g-ms": ("mm", "MPa", "ms"),
+    "mm-mg-s": ("mm", "mPa", "s"),
+    "um-g-s": ("um", "kPa", "s"),
     "cm-g-s": ("cm", "dPa", "s"),
 }
+SAME = 1e-9  # relative difference of two units that are the same one: rounding of their factors
+GIVE = (
+    "say what one unit of its lengths is, `--unit 1mm`, and of its stresses, `--stress 1MPa`; or name a "
+    f"consistent system: `--units` {', '.join(SYSTEMS)}"
+)
 _QUANTITY = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)?\s*(\S+)\s*")
 
 
@@ -31,6 +38,22 @@ class Unasked(Exception):
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
         self.reason, self.remedy = reason, remedy
+
+
+class Contradicted(Exception):
+    """Units that were told and that the file contradicts: the reason, and what to do."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+@dataclass(frozen=True)
+class Declared:
+    """Units that a file declares: its own words, and the same system in SYSTEMS (None if it is not known)."""
+
+    text: str
+    system: str | None
 
 
 @dataclass(frozen=True)
@@ -96,6 +119,34 @@ def _written(value: float, one: One) -> str:
     return f"{value!r} {unit}" if number == "1" else f"{value!r} * {one.text}"
 
 
+def agreed(told: Units | None, declared: Declared | None) -> Units:
+    """Units that were told, those that the file declares, or both if they agree. Raises Unasked, Contradicted."""
+    known = None if declared is None or declared.system is None else of_system(declared.system)
+    if told is None and known is None:
+        if declared is not None:
+            raise Unasked(
+                f"the file declares its units as `{declared.text[:40]}`, which is no system that is known", GIVE
+            )
+        raise Unasked("a file does not say in which units its numbers are, and none are guessed", GIVE)
+    if told is None or known is None or declared is None:
+        return told or known  # type: ignore[return-value]  # one of them is there
+    for what, own, theirs in (("length", told.length, known.length), ("stress", told.stress, known.stress),
+                              ("time", told.time, known.time)):  # fmt: skip
+        if own is not None and theirs is not None and not math.isclose(own.factor, theirs.factor, rel_tol=SAME):
+            raise Contradicted(
+                f"the file declares the units `{declared.text[:40]}`, whose unit of {what} is {theirs.text}, and the "
+                f"command line says {own.text}",
+                "leave the units out of the command line, or correct `<units>` in the file if it is wrong there",
+            )
+    return known
+
+
+def of_system(system: str) -> Units:
+    """The units of a system in SYSTEMS."""
+    m, pa, s = (One(f"1 {text}", parse(text).factor) for text in SYSTEMS[system])
+    return Units(m, pa, s, system)
+
+
 def told(system: str | None, length: str | None, stress: str | None, time: str | None) -> Units:
     """What was told on a command line. Raises Unasked."""
     if system is not None:
@@ -103,13 +154,9 @@ def told(system: str | None, length: str | None, stress: str | None, time: str |
             raise Unasked(f"`--units {system}` says all units, and others are given beside it", "give one or the other")
         if system not in SYSTEMS:
             raise Unasked(f"`{system}` is no system of units that is known", "known are " + ", ".join(SYSTEMS))
-        whole = SYSTEMS[system]
-        m, pa, s = (One(f"1 {text}", parse(text).factor) for text in whole)
-        return Units(m, pa, s, system)
+        return of_system(system)
     if length is None:
-        raise Unasked("a file does not say in which units its numbers are, and none are guessed",
-                      "say what one unit of its lengths is, `--unit 1mm`, and of its stresses, `--stress 1MPa`; or "
-                      f"name a consistent system: `--units` {', '.join(SYSTEMS)}")  # fmt: skip
+        raise Unasked("a file does not say in which units its numbers are, and none are guessed", GIVE)
     return Units(
         one("--unit", length, LENGTH),
         one("--stress", stress, PRESSURE) if stress else None,

@@ -103,9 +103,16 @@ def decimals_of(values: Sequence[float | None], scale: Scale, digits: int) -> in
     return max(0, digits - 1 - math.floor(math.log10(largest)))
 
 
-def negligible(value: float, largest: float, unit: str) -> bool:
-    """Whether a value is rounding: below 1e-9 of the largest of its column; a tenth of an atom, 500 times rounding."""
-    return abs(value) < 1e-9 * largest or abs(value) < {"m": 1e-11, "1": 1e-13}.get(unit, 0.0)
+def negligible(value: float, largest: float, unit: str, moved: float | None = None) -> bool:
+    """Whether a value is rounding: below 1e-9 of the largest of its column, or of the largest displacement if a length.
+
+    Where it is not known how far anything has `moved`, m, a length is rounding below a tenth of an atom. A plain number
+    is below 1e-13, 500 times rounding, unless displacements are as small: strains are then.
+    """
+    if moved is None:
+        return abs(value) < 1e-9 * largest or abs(value) < {"m": 1e-11, "1": 1e-13}.get(unit, 0.0)
+    floor = {"m": 1e-9 * moved, "1": 1e-13 if moved >= 1e-11 else 0.0}.get(unit, 0.0)
+    return abs(value) < max(1e-9 * largest, floor)
 
 
 def own_error(error: float) -> str:

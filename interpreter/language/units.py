@@ -347,7 +347,7 @@ def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
 
 
 _SHOWN: dict[Dimension, tuple[tuple[float, str], ...]] = {
-    LENGTH: ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    LENGTH: ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"), (1e-12, "pm")),
     AREA: ((1.0, "m^2"), (1e-6, "mm^2")),
     PRESSURE: ((1e12, "TPa"), (1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     TIME: ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),

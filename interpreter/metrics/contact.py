@@ -121,8 +121,9 @@ class ContactGap(OfContact):
     They are its nodes, the middle of facets of eight nodes, in space points inside facets longer than the rigid body
     is sharp, and points that have joined them where facets cut in. Of `itself` it is that between its flat faces.
 
-    Before they touch it is how far they are apart. In contact it is what the barrier leaves, less than its distance: no
-    property of the bodies, but a part of the stated error of all else.
+    Before they touch it is how far they are apart; of a piece that may touch itself, how far parts of its surface are
+    apart that face each other within 30 degrees, as the walls of a slot do. In contact it is what the barrier leaves,
+    less than its distance: no property of the bodies, but a part of the stated error of all else.
 
     Beside its value a report has left_m, the mean where something presses, by the forces there; in a motion
     least_in_time_m and when that is, least_at_s.
@@ -141,6 +142,8 @@ class ContactGap(OfContact):
     def amount(self, rest: AtRest) -> Floats:
         """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""
         touch = self.touch(rest)
+        if touch.gap is None:
+            raise Undefined(f"`{self.of}` does not touch, and no parts of the surface face each other")
         return np.array([touch.gap, touch.left])
 
     def acting(self, rest: AtRest) -> float:

@@ -62,6 +62,7 @@ class HeldSupport(Plain):
 class Touch(Plain):
     """What a contact comes to: the area that is pressed, m^2, the largest pressure, Pa, and the least gap, m.
 
+    The gap is None where it is not known: no parts of a surface that touches itself face each other.
     Area and pressure are those of the body as it is deformed, or undeformed in a model of small strain. `left` is the
     mean gap where something presses, m, which a barrier leaves; `field` tells pressures and gaps at places; `rubbing`
     is what friction makes of it, where there is some.
@@ -69,7 +70,7 @@ class Touch(Plain):
 
     area: float
     pressure: float
-    gap: float
+    gap: float | None
     left: float = 0.0
     field: Pressed | None = None
     rubbing: Friction | None = None

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.base.jit import kernel, part
+from softmark.solvers.energies import magnification
 from softmark.solvers.energies.energy import Floats, Ints, Lagging
 from softmark.solvers.energies.small_matrices import Nine, nearest_rotation, orthogonalise, set_above_identity
 
@@ -73,7 +74,20 @@ class CorotationalTets(Lagging):
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: as of `Elastic`."""
-        return self._noise
+        return self._noise / self.magnification(x)
+
+    def magnification(self, x: Floats) -> float:
+        """The power of two, 1 or more, by which a state is magnified, as of `Elastic`."""
+        reach = float(np.abs(x).max(initial=0.0)) * self._steepest
+        if not 0.0 < reach < magnification.SMALL:
+            return 1.0
+        H = np.einsum("mai,maJ->miJ", x.reshape(-1, 3)[self.cells], self.dNdX[:, 0]) / reach
+        return magnification.factor(reach, False, lambda up: up * reach * float(np.abs(H).max()))
+
+    @cached_property
+    def _steepest(self) -> float:
+        """The sum of the gradients of shape functions, 1/m: |H| is at most this times the greatest |u|."""
+        return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     @cached_property
     def _noise(self) -> float:
@@ -88,11 +102,13 @@ class CorotationalTets(Lagging):
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
-        return self._pass(VALUE, x, _NONE, _NONE, _NO_SLOTS, 1.0)
+        up = self.magnification(x)
+        return self._pass(VALUE, x if up == 1.0 else up * x, _NONE, _NONE, _NO_SLOTS, 1.0) / up / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N."""
-        self._pass(FORCE, x, g, _NONE, _NO_SLOTS, scale)
+        up = self.magnification(x)
+        self._pass(FORCE, x if up == 1.0 else up * x, g, _NONE, _NO_SLOTS, scale / up)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Tangent stiffness, N/m."""

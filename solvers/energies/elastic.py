@@ -9,7 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies import kernels
+from softmark.solvers.energies import kernels, magnification
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 POINTS = 4096  # at which the law is asked at a time: what it gives stays in the cache
@@ -136,10 +136,38 @@ class Elastic(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N."""
-        return self._noise
+        return self._noise / self.magnification(x)
+
+    @cached_property
+    def _relaxed(self) -> bool:
+        return magnification.is_relaxed(self.law, self.w.size if self.varies else 1)
+
+    @cached_property
+    def _linear(self) -> bool:
+        return magnification.is_linear(self.law, self.w.size if self.varies else 1)
+
+    def magnification(self, x: Floats) -> float:
+        """The power of two, 1 or more, by which a state is magnified: psi is divided by its square, P by it."""
+        reach = float(np.abs(x).max(initial=0.0)) * self._steepest
+        if not 0.0 < reach < 1.0 or (reach >= magnification.SMALL and not self._linear) or not self._relaxed:
+            return 1.0
+
+        def largest(up: float) -> float:
+            return float(np.abs(self.F(x * x.dtype.type(up)) - np.eye(3)).max())
+
+        return magnification.factor(reach, self._linear, largest, self.w.dtype)
+
+    @cached_property
+    def _steepest(self) -> float:
+        """The sum of the gradients of shape functions, 1/m: |H| is at most this times the greatest |u|."""
+        return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
+        up = self.magnification(x)
+        return self._value(x if up == 1.0 else x * x.dtype.type(up)) / up / up
+
+    def _value(self, x: Floats) -> float:
         if self._of_invariants:
             total = 0.0
             with np.errstate(all="ignore"):
@@ -150,6 +178,8 @@ class Elastic(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N."""
+        up = self.magnification(x)
+        x, scale = (x, scale) if up == 1.0 else (x * x.dtype.type(up), scale / up)
         forces = g.reshape(-1, 3)
         if self._of_invariants:
             with np.errstate(all="ignore"):

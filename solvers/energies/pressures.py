@@ -96,8 +96,9 @@ class MixedSolid(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: of strains, and of volumes."""
-        volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1)))
-        return self._shape.rounding(self.displacements(x)) + float(np.finfo(np.float64).eps) * volumes
+        volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1))) * float(np.finfo(np.float64).eps)
+        u = self.displacements(x)
+        return self._shape.rounding(u) + volumes / self._shape.magnification(u)
 
     def value(self, x: Floats) -> float:
         """L(u, p), J; infinite outside the domain of the law."""
@@ -107,15 +108,15 @@ class MixedSolid(Energy):
         return total if np.isfinite(total) else np.inf
 
     def _constraint(self, x: Floats) -> Floats:
-        return self.constraint.value(self.F(x)).reshape(self.w.shape)
+        F, up = _magnified(self._shape, self.displacements(x))
+        return self.constraint.value(F).reshape(self.w.shape) / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal forces, N, and what the volume lacks, in N as well."""
         u, p = self.displacements(x), self.pressure(x)
         self._shape.add_gradient(u, g[: u.size], scale)
-        F = self.F(x)
-        self._shape.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
-        lacking = self.constraint.value(F).reshape(self.w.shape) - self.compliance * p
+        self._shape.add_stresses(self.constraint.gradient(self.F(x)) * p.reshape(-1, 1, 1), g[: u.size], scale)
+        lacking = self._constraint(x) - self.compliance * p
         np.add.at(g, self.pressures, (scale * self.unit) * ((self.w * lacking) @ self.Np))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -140,6 +141,12 @@ class MixedSolid(Energy):
         spare = np.zeros(self.dofs)
         np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * (self.w @ self.Np))
         return spare
+
+
+def _magnified(shape: Elastic, u: Floats) -> tuple[Floats, float]:
+    """Deformation gradients (m q, 3, 3) of displacements that are magnified if they are very small, and by how much."""
+    up = shape.magnification(u)
+    return shape.F(u if up == 1.0 else u * u.dtype.type(up)), up
 
 
 @dataclass(frozen=True)
@@ -188,7 +195,7 @@ class MeanDilatation(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N."""
-        return self._shape.rounding(x) + self._noise
+        return self._shape.rounding(x) + self._noise / self._shape.magnification(x)
 
     @cached_property
     def _volumes(self) -> Floats:
@@ -218,16 +225,17 @@ class MeanDilatation(Energy):
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
-        g = self._means(self.F(x))
+        F, up = _magnified(self._shape, x)
+        g = self._means(F) / up
         total = self._shape.value(x) + 0.5 * float((self.bulk * self._volumes) @ g**2)
         return total if np.isfinite(total) else np.inf
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N."""
         self._shape.add_gradient(x, g, scale)
-        F = self.F(x)
-        p = self.bulk * self._means(F)
-        stress = self.constraint.gradient(F).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
+        F, up = _magnified(self._shape, x)
+        p = self.bulk * self._means(F) / up
+        stress = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
         self._shape.add_stresses(stress, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:

@@ -7,6 +7,7 @@ body times 2 pi r / depth. Source: Bonet and Wood (2008), "Nonlinear Continuum M
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -71,11 +72,21 @@ class Revolved(Elastic):
 
     def value(self, x: Floats) -> float:
         """Strain energy of the whole body, J."""
+        up = self.magnification(x)
+        return self._value(x if up == 1.0 else x * x.dtype.type(up)) / up / up
+
+    def _value(self, x: Floats) -> float:
         return float(self.law.psi(self.F(x)) @ self.w.ravel())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal elastic forces, N, of whole rings."""
-        self.add_stresses(self.law.P(self.F(x)), g, scale)
+        up = self.magnification(x)
+        self.add_stresses(self.law.P(self.F(x if up == 1.0 else x * x.dtype.type(up))), g, scale / up)
+
+    @cached_property
+    def _steepest(self) -> float:
+        """The same with what a distance from the axis adds, 1/m."""
+        return super()._steepest + float(np.abs(self._rings).sum(axis=2).max(initial=0.0))
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
         """Nodal forces, N, of stresses P (m q, 3, 3), Pa, of whole rings."""

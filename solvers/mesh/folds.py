@@ -11,10 +11,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softmark.solvers.elements import element_of
+from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
+POINTS = 5  # per axis, of the finest Gauss rule that looks at cells: those of the elements have 2 or 3
 DEPTH = 8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
 
 
@@ -51,3 +54,19 @@ def folded(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
     fine = np.concatenate([at, *mesh.element.eighths(mesh.element.warp)])
     lowest = jacobians(Mesh(mesh.points, mesh.cells[found], mesh.kind), fine).argmin(axis=1)
     return found, fine[lowest]
+
+
+def folded_at_corners(mesh: Mesh) -> NDArray[np.bool_]:
+    """Hexahedra (m,) that are inside out at a corner only, and at no integration point of a rule of POINTS per axis.
+
+    Their integrals are those of the polynomials that they are, so that they pass the patch test. Source: MacNeal and
+    Harder (1985), "A proposed standard set of problems to test finite element accuracy", whose solid patch has one.
+    """
+    if not issubclass(mesh.element, Hexahedron):
+        return np.zeros(len(mesh.cells), dtype=np.bool_)
+    ends = np.array([-1.0, 1.0])
+    inner = np.polynomial.legendre.leggauss(POINTS)[0]
+    corners, points = (np.stack(np.meshgrid(s, s, s), axis=-1).reshape(-1, 3) for s in (ends, inner))
+    least = 1e-3 * np.abs(mesh.volumes) / mesh.element.volume  # of the mean of det dX/dxi: what is less is flat
+    found: NDArray[np.bool_] = (jacobians(mesh, corners) <= 0.0).any(axis=1)
+    return found & (jacobians(mesh, points) > least[:, None]).all(axis=1)

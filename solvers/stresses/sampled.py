@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
+from softmark.solvers.energies import magnification
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
 from softmark.solvers.materials.constraints import Mixed
 from softmark.solvers.mesh.interpolation import Rule, centre_rule, integration
@@ -96,17 +98,17 @@ class State:
         if laws is not None:  # of shear at the point, and of the volume at the centre of the cell
             of_volume = (parts_for(self._means(), self.strain) or laws)[1]
             middle = self._gradient(centre_rule(self.mesh.element))
-            volume = self._pushed(of_volume.P(_deformation(middle)), middle)  # (m, 1, 3, 3)
-            return self._pushed(laws[0].P(_deformation(H)), H) + volume
+            volume = self._pushed(_piola(of_volume, middle), middle)  # (m, 1, 3, 3)
+            return self._pushed(_piola(laws[0], H), H) + volume
         if self.way in ("full", "selective"):
-            return self._pushed(law_for(self._made_of(rule), self.strain).P(_deformation(H)), H)
+            return self._pushed(_piola(law_for(self._made_of(rule), self.strain), H), H)
         return self._held(H, rule)
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
         """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
         split, F = self._split(rule), _deformation(H)
         p = self._pressed(rule) if self.way == "mixed" else self._dilated()
-        P = split.shape.P(F) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
+        P = _piola(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
     def _split(self, rule: Rule) -> Mixed:
@@ -124,7 +126,10 @@ class State:
         """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
         w, split = self._sizes(rule), self._split(rule)
-        g = split.constraint.value(_deformation(self._gradient(rule))).reshape(w.shape)
+        H = self._gradient(rule)
+        reach = float(np.abs(H).max(initial=0.0))
+        up = magnification.factor(reach, self.strain == "small", lambda c: c * reach)
+        g = split.constraint.value(_deformation(up * H)).reshape(w.shape) / up
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
 
@@ -136,6 +141,11 @@ class State:
         F = H + np.eye(3)
         sigma: Floats = P @ F.swapaxes(-1, -2) / np.linalg.det(F)[..., None, None]
         return 0.5 * (sigma + sigma.swapaxes(-1, -2))
+
+
+def _piola(law: Any, H: Floats) -> Floats:
+    """The first Piola-Kirchhoff stress (m q, 3, 3), Pa, of H (m, q, 3, 3)."""
+    return magnification.piola(law, H.reshape(-1, 3, 3))
 
 
 def _deformation(H: Floats) -> Floats:

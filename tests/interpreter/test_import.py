@@ -206,7 +206,8 @@ def test_pml_with_lml() -> None:
 
 # one unit of force, density and acceleration of each system in SI, from its units of length, mass and time
 SYSTEMS = {"m-kg-s": (1, 1, 1), "mm-t-s": (1e-3, 1e3, 1), "mm-kg-s": (1e-3, 1, 1), "mm-g-s": (1e-3, 1e-3, 1),
-           "mm-kg-ms": (1e-3, 1, 1e-3), "mm-g-ms": (1e-3, 1e-3, 1e-3), "cm-g-s": (1e-2, 1e-3, 1)}  # fmt: skip
+           "mm-kg-ms": (1e-3, 1, 1e-3), "mm-g-ms": (1e-3, 1e-3, 1e-3), "mm-mg-s": (1e-3, 1e-6, 1),
+           "um-g-s": (1e-6, 1e-3, 1), "cm-g-s": (1e-2, 1e-3, 1)}  # fmt: skip
 
 
 @pytest.mark.parametrize("system", units.SYSTEMS)

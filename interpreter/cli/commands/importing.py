@@ -28,6 +28,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--time", metavar="TIME", help="one unit of its times, such as 1s")
     parser.add_argument("--material", metavar="LAW", help="what cells are made of that have no law there, as scenes "
                         "say it: 'neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)'")  # fmt: skip
+    parser.add_argument("--at", metavar="TIME", type=float, help="the moment of the analysis whose loads are carried "
+                        "over, in the file's unit of time, of a deck with load curves (default: its end)")  # fmt: skip
     parser.add_argument("--density", metavar="DENSITY", help="of materials that have none there, such as 1000kg/m^3")
 
 
@@ -56,8 +58,8 @@ def run(parsed: argparse.Namespace) -> int:
     for file in (target, mesh):
         print(visible(str(file)))
     problems = errors(load(str(target))[1])
-    show([*(_left(path, what) for what in found.left), *(_taken(path, how) for how in found.taken),
-          *_turned(path, found), *problems])  # fmt: skip
+    show([*_ended(path, found), *(_left(path, what) for what in found.left),
+          *(_taken(path, how) for how in found.taken), *_turned(path, found), *problems])  # fmt: skip
     return 2 if problems else 0
 
 
@@ -74,18 +76,30 @@ def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> Written:
     from softmark.references.measured import Unreadable
 
     try:
-        told = units.told(parsed.units, parsed.unit, parsed.stress, parsed.time)
+        given = any(text is not None for text in (parsed.units, parsed.unit, parsed.stress, parsed.time))
+        told = units.told(parsed.units, parsed.unit, parsed.stress, parsed.time) if given else None
         density = units.one("--density", parsed.density, units.DENSITY).text if parsed.density else None
-        deck = formats.read(path)
-        return scene.written(deck, told, scene.Filled(parsed.material, density), mesh)
+        deck = formats.read(path, parsed.at)
+        return scene.written(deck, units.agreed(told, deck.units), scene.Filled(parsed.material, density), mesh)
     except Unreadable as error:
         raise _Refused("E750", f"{error.name}: {error.reason}", error.remedy) from None
     except units.Unasked as error:
         raise _Refused("E751", error.reason, error.remedy) from None
+    except units.Contradicted as error:
+        raise _Refused("E757", f"{path.name}: {error.reason}", error.remedy) from None
     except scene.Wanting as error:
         raise _Refused("E752", error.reason, error.remedy) from None
     except Foreign as error:
-        raise _Refused("E753", error.reason, error.remedy) from None
+        raise _Refused(error.code, error.reason, error.remedy) from None
+
+
+def _ended(path: Path, found: Written) -> list[Diagnostic]:
+    """Loads that are zero at the moment that was carried over, and were not before."""
+    return [
+        Diagnostic("W757", visible(f"{path.name}: {own.described}"), None, None,
+                   help=f"it is 0 in the scene; `--at {own.when:g}` imports the moment at which it is greatest")
+        for own in found.ended
+    ]  # fmt: skip
 
 
 def _turned(path: Path, found: Written) -> list[Diagnostic]:

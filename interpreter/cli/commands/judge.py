@@ -38,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     for name, (meaning, _) in FIELDS.items():
         parser.add_argument(f"--{name}", metavar=name.upper(), default="1 m" if name == "unit" else None, help=meaning)
     parser.add_argument("--model", action="append", default=[], metavar="NAME",
-                        help="a model of the scene to compute too, as one that a metric is held against")  # fmt: skip
+                        help="a model of the scene to compute too; what metrics are measured against is")  # fmt: skip
     override_option(parser)
     plugin_option(parser)
     parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
@@ -62,7 +62,8 @@ def run(parsed: argparse.Namespace) -> int:
         return 2
     for path in parsed.results[len(names) :]:
         names.append(_named(path, [*names, *declared]))
-    parsed.model = list(dict.fromkeys([*names, *parsed.model]))
+    compared = [] if isinstance(scene, Unread) else _compared(scene[0])
+    parsed.model = list(dict.fromkeys([*names, *parsed.model, *compared]))
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
         parsed.out = f"{Path(parsed.file).stem or 'scene'}-judged"
@@ -83,6 +84,21 @@ def _declared(source: Source) -> list[str]:
     from softmark.grammar.parse import parse
 
     return [d.name for d in parse(source)[0].declarations if isinstance(d, tree.Declare | tree.Param)]
+
+
+def _compared(source: Source) -> list[str]:
+    """Models of the scene that a metric names, such as by `against`: without them it would have no value."""
+    from softmark.grammar import tree
+    from softmark.grammar.parse import parse
+
+    declared = [d for d in parse(source)[0].declarations if isinstance(d, tree.Declare)]
+    models = [d.name for d in declared if d.kind == "model"]
+    asked = {
+        own.value.text
+        for d in declared if d.kind == "metric" and isinstance(d.value, tree.Call)
+        for own in d.value.arguments if isinstance(own.value, tree.Name)
+    }  # fmt: skip
+    return [name for name in models if name in asked]
 
 
 def _free(name: str, taken: list[str]) -> str:

@@ -69,6 +69,11 @@ class Solids(Sized):
         """By the same formulas, from the cells around what is held. Raises Unchecked."""
         return reactions_of(self._solved(found))
 
+    def rounding(self, found: Found) -> float:
+        """Of the cells around what is held, by the same formulas: eps of the force that a strain of one causes."""
+        state = self._solved(found)
+        return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
+
     def _solved(self, found: Found) -> Solved:
         """The state, with what is found of it; once. Raises Unchecked."""
         if Solids not in found.known:

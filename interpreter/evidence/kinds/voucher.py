@@ -52,6 +52,10 @@ class Voucher:
         """What every support does, by the same formulas, and what rounding may make of it, N. Raises Unchecked."""
         raise Unchecked("there is no other formula for this model")
 
+    def rounding(self, found: Found) -> float:
+        """The estimated rounding of the internal forces of cells, N; 0 if nothing is known of it. Raises Unchecked."""
+        return 0.0
+
     # ------------------------------------------------------------------ the error that it states
 
     def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:

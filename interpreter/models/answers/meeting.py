@@ -10,6 +10,7 @@ from softmark.interpreter.models.answers.carried import force_at_nodes
 from softmark.interpreter.models.answers.touch import Surface, alike, spread
 from softmark.interpreter.models.shared.contacting import plane_modulus
 from softmark.interpreter.results.reactions import Friction, Touch
+from softmark.solvers.contact.facing import least_facing_distance
 from softmark.solvers.contact.nearest import away
 from softmark.solvers.contact.pressing import Pressing
 from softmark.solvers.contact.sliding import Sliding
@@ -55,7 +56,9 @@ def meeting_of(
     same = alike(mesh.points) if case.planar else None
     pressed = Pressing(facets, x, f, g, plane_modulus(case), case.depth, same, near)
     left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
-    least = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
+    least: float | None = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
+    if least == np.inf:  # farther apart than the barrier reaches
+        least = _across(skin, mesh, u)
     rubbing, rubbed = (None, {}) if own is None else _rubbing(sliding, hold, skin, u, own, len(x))
     field = Surface(mesh.points, nodes, pressed, rubbed, both)
     return Touch(pressed.area / both, pressed.largest, least, left, field, rubbing)
@@ -99,6 +102,17 @@ def _gaps(skin: Skin, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Flo
         far = np.linalg.norm(away(np.repeat(p, k, axis=0), faces[near.ravel()]), axis=1)
         found[mine] = far.reshape(len(mine), k).min(axis=1)
     return found
+
+
+def _across(skin: Skin, mesh: Mesh, u: Floats) -> float | None:
+    """The least distance across a fold or a slot, m; None where no parts of the surface face each other."""
+    V, d = skin.places(u)[: skin.corners], skin.X.shape[1]
+    c = (mesh.points + u.reshape(-1, 3))[mesh.facets[skin.home]]
+    quads = mesh.facets.shape[1] in (4, 8, 9)
+    n = np.cross(c[:, 2] - c[:, 0], c[:, 3] - c[:, 1]) if quads else np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
+    n = n[:, :d] / np.maximum(np.linalg.norm(n[:, :d], axis=1, keepdims=True), LEAST)
+    found = least_facing_distance(V, skin.faces, n)
+    return None if found is None or not np.isfinite(found) else found
 
 
 def _rubbing(

@@ -12,6 +12,7 @@ from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.problem.case import fault
 from softmark.solvers.elements import moments
 from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
+from softmark.solvers.mesh.folds import folded_at_corners
 from softmark.solvers.mesh.mesh import Mesh, areas
 
 if TYPE_CHECKING:
@@ -56,10 +57,31 @@ def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
 
 
 def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """A warning where a file holds cells that are nearly flat."""
+    """Warnings about cells of a file that are nearly flat, or inside out at a corner."""
     if not shape.file:
         return ()
+    return (*_corner_notes(declared, mesh), *_sliver_notes(declared, shape, mesh))
+
+
+def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning about hexahedra with a corner that is inside out."""
+    if not len(cells := np.flatnonzero(folded_at_corners(mesh))):
+        return ()
+    place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cells[0]]].mean(axis=0))
+    at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
+    many = "1 hexahedron has" if len(cells) == 1 else f"{len(cells)} hexahedra have"
+    return (
+        diagnostic(
+            "W756", at, f"in the mesh of `{declared.name}`, {many} a corner that is inside out",
+            f"the first is cell {cells[0]} at ({place})",
+            "its integrals are right, stress near that corner is not: move the nodes around it if it is wanted there",
+        ),
+    )  # fmt: skip
+
+
+def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     found = qualities(_as_wide(mesh) if shape.flat else mesh)
+    found[folded_at_corners(mesh)] = 1.0  # whose quality is negative at that corner only, which is said already
     count = int((found < SLIVER).sum())
     if not count:
         return ()

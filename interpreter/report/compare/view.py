@@ -51,13 +51,19 @@ class SceneView:
         entries = ((n, e) for p in self.points for n, e in p.errors.items() if n not in self.metrics)
         return {name: str(found.unit) for name, found in entries}
 
+    @cached_property
+    def _moved(self) -> float:
+        """The largest metric that is a length, m: the scale of rounding."""
+        values = (e.value for p in self.points for e in p.errors.values() if e.unit == "m" and e.value is not None)
+        return max(map(abs, values), default=0.0)
+
     def measured(self, point: ComparedPoint, metric: str) -> str:
         """The value of such a metric in words."""
         value = point.metric(metric).value
         unit = self.measurements[metric]
         if value is None:
             return "–"
-        return "0" if negligible(value, 0.0, unit) else quantity(value, unit, 6, percent=True)
+        return "0" if negligible(value, 0.0, unit, self._moved) else quantity(value, unit, 6, percent=True)
 
     @property
     def without_advice(self) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 
+import numpy as np
+
 from softmark.interpreter.language.amounts import quantity
 from softmark.interpreter.report.page.markup import count, listed
 from softmark.interpreter.results.names import Named
@@ -66,6 +68,17 @@ class Findings:
     def everyone(self) -> dict[str, Result]:
         """Models and then references."""
         return {**self.report.models, **self.report.references}
+
+    @cached_property
+    def moved(self) -> float:
+        """The largest displacement of any probe and the largest metric that is a length, m: the scale of rounding."""
+        found = [0.0]
+        for result in self.everyone.values():
+            found += [abs(m.value) for m in result.metrics.values() if m.unit == "m" and m.value is not None]
+            for probe in result.probes.values():
+                u = probe.displacement[np.isfinite(probe.displacement)]
+                found.append(float(np.abs(u).max(initial=0.0)))
+        return max(found)
 
     @cached_property
     def metrics(self) -> tuple[MetricColumn, ...]:

@@ -159,7 +159,7 @@ class _Rows:
             return "-"
         if metric.clock and "verdict" in found.details:
             return _verdict(found)
-        if negligible(found.value, self._largest[metric.name], metric.unit):
+        if negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
             return "0"
         off = stated_of(result, metric)
         error = "" if off is None else f" {vouching.beside(off, found)}"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.elements import element_of
-from softmark.solvers.mesh.folds import folded
+from softmark.solvers.mesh.folds import folded, folded_at_corners
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
 COINCIDENT = 1e-6  # of the extent, and at most a hundredth of the shortest edge: nodes so close are one
@@ -125,8 +125,13 @@ def _turned(points: Floats, cells: Ints, kind: str) -> Ints:
 
 
 def _unfolded(mesh: Mesh, least: Floats) -> None:
-    """Refuse cells of which any part is inside out: at a corner and between integration points as well."""
+    """Refuse cells of which any part is inside out, between integration points as well.
+
+    Hexahedra with a corner that is inside out are kept if no integration point of any rule lies there.
+    """
     bad, where = folded(mesh, least)
+    kept = ~folded_at_corners(Mesh(mesh.points, mesh.cells[bad], mesh.kind))
+    bad, where = bad[kept], where[kept]
     if not len(bad):
         return
     corners = mesh.points[mesh.cells[bad[0]]]

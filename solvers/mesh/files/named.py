@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "triangle7": 3}
 VALUES = 1000  # different numbers on cells, more of which are a result and no names
+PHYSICAL = "gmsh:physical"
 FACES, EDGES = ":faces", ":edges"
 
 
@@ -96,8 +97,9 @@ def masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list
             yield name, [_mask(len(b.data), own) for b, own in zip(data.cells, sets, strict=True)]
     arrays = getattr(data, "cell_data", {})
     for array, blocks in arrays.items():
-        if array == "gmsh:physical":
-            yield from ((n, m) for n, m in _physical(data, blocks, dims) if n not in said)
+        if array == PHYSICAL:
+            layers = [own for word, own in arrays.items() if word == PHYSICAL or word.startswith(f"{PHYSICAL} ")]
+            yield from ((n, m) for n, m in _physical(data, layers, dims) if n not in said)
         elif not array.startswith("gmsh:") and array not in said:
             yield from _numbered(array, blocks)
 
@@ -109,13 +111,15 @@ def _mask(count: int, members: Any) -> Any:
     return found
 
 
-def _physical(data: Any, blocks: list[Any], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
-    """Physical groups of Gmsh, by name, and those without one by number."""
+def _physical(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
+    """Physical groups of Gmsh, by name, and those without one by number; a cell has one group in each layer."""
     names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
     dims = [block.dim for block in data.cells]
-    used = {(int(t), d) for own, d in zip(blocks, dims, strict=True) for t in np.unique(own) if t and d in of}
+    used = {(int(t), d) for blocks in layers for own, d in zip(blocks, dims, strict=True) for t in np.unique(own)
+            if t and d in of}  # fmt: skip
     for tag, dim in sorted(used):
-        which = [(np.asarray(own) == tag) & (d == dim) for own, d in zip(blocks, dims, strict=True)]
+        each = zip(dims, *layers, strict=True)
+        which = [np.any([np.asarray(one) == tag for one in own], axis=0) & (d == dim) for d, *own in each]
         twice = (tag, sum(of) - dim) in used and (tag, dim) not in names
         beside = FACES if dim == 2 else EDGES
         yield names.get((tag, dim), f"{tag}{beside}" if twice and dim == of[1] else str(tag)), which
@@ -133,3 +137,52 @@ def _numbered(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
         yield array, [own == 1 for own in known]
     for value in values.tolist():
         yield f"{array}={int(value)}", [own == value for own in known]
+
+
+def merged(data: Any) -> Any:
+    """A mesh in Gmsh's format 2.2 with each cell once, which the file has once for each physical group of the cell.
+
+    Further groups of a cell are arrays `gmsh:physical 2` and so on. A cell that is given twice in the same group stays twice: that is a flaw of the mesh.
+    """
+    groups = data.cell_data.get(PHYSICAL)
+    if groups is None:
+        return data
+    kept = [np.ones(len(block.data), dtype=np.bool_) for block in data.cells]
+    extra: list[list[tuple[int, int, int]]] = []  # by layer: block, row and group
+    for kind in {block.type for block in data.cells}:
+        blocks = [i for i, block in enumerate(data.cells) if block.type == kind]
+        rows = np.concatenate([data.cells[i].data for i in blocks])
+        tags = np.concatenate([np.asarray(groups[i]) for i in blocks])
+        if not len(rows):
+            continue
+        _, first, same, counts = np.unique(rows, axis=0, return_index=True, return_inverse=True, return_counts=True)
+        same = same.reshape(-1)
+        if (counts == 1).all():
+            continue
+        at = np.array([(i, j) for i in blocks for j in range(len(data.cells[i].data))], dtype=np.int64)
+        known: dict[int, list[int]] = {}
+        for i in np.flatnonzero(counts[same] > 1).tolist():
+            own, tag = known.setdefault(int(same[i]), []), int(tags[i])
+            if tag in own:
+                continue
+            if own:
+                while len(extra) < len(own):
+                    extra.append([])
+                block, row = at[first[same[i]]].tolist()
+                extra[len(own) - 1].append((block, row, tag))
+                kept[at[i, 0]][at[i, 1]] = False
+            own.append(tag)
+    if not extra:
+        return data
+    for n, layer in enumerate(extra, start=2):
+        arrays = [np.zeros(len(block.data), dtype=np.int64) for block in data.cells]
+        for block, row, tag in layer:
+            arrays[block][row] = tag
+        data.cell_data[f"{PHYSICAL} {n}"] = arrays
+    data.cell_data = {
+        w: [np.asarray(a)[k] for a, k in zip(own, kept, strict=True)] for w, own in data.cell_data.items()
+    }
+    data.cell_sets = {}
+    for block, keep in zip(data.cells, kept, strict=True):
+        block.data = block.data[keep]
+    return data

@@ -23,12 +23,14 @@ from softmark.solvers.mesh.files import ended, gmsh1, gmsh4
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import MESHES, filling
 from softmark.solvers.mesh.files.rationing import rationed
+from softmark.solvers.mesh.files.vtk import legacy, xml
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.group import Group
 
+VTK = frozenset({".vtk", ".vtu"})  # either may hold a legacy or an XML file
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
@@ -230,6 +232,8 @@ def parsed(path: Path) -> Any:
             return gmsh1.read(path)
         except gmsh1.Malformed as error:
             raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
+    if path.suffix.lower() in VTK and (found := _vtk(path)) is not None:
+        return found
     if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
         raise UnreadableMesh("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
     if path.suffix.lower() == ".inp":
@@ -252,12 +256,33 @@ def _deck(path: Path) -> Any:
         raise UnreadableMesh(f"it cannot be read ({_reason(error)})", remedy=AGAIN) from error
 
 
+def _vtk(path: Path) -> Any:
+    """A file of VTK by what it holds, whatever its name; None if meshio is to be asked. Raises UnreadableMesh."""
+    with path.open("rb") as file:
+        head = file.read(4096)
+    try:
+        with rationed(path):
+            if legacy.recognised(head):
+                return legacy.read(path)
+            if xml.recognised(head):
+                data = xml.inlined(path.read_bytes())
+            else:
+                return None
+    except (legacy.Malformed, ValueError, MemoryError) as error:
+        raise UnreadableMesh(f"it is no complete file of VTK ({_reason(error)})", remedy=AGAIN) from error
+    with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
+        (file := Path(folder, "mesh.vtu")).write_bytes(data)
+        return _tried(file, ["vtu"])
+
+
 def _with_groups(path: Path, kind: str) -> Any:
     """A file of Gmsh, elements in no physical group included."""
     import meshio
 
+    from softmark.solvers.mesh.files import named
+
     if (data := gmsh4.completed(path)) is None:
-        return meshio.read(path, kind)
+        return named.merged(meshio.read(path, kind))
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (file := Path(folder, path.name)).write_bytes(data)
         return meshio.read(file, kind)

@@ -43,7 +43,7 @@ def read(file: Path) -> Told:
         reason = f"results are read from {', '.join(known)} and {last}"
         raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, .vtu for one"))
     _there(file)
-    reader = import_module(f"{__name__}.{READERS[suffix]}")
+    reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
     try:
         with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -57,6 +57,17 @@ def read(file: Path) -> Told:
 
         raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", AGAIN) from None
     return told
+
+
+def _by_content(file: Path, reader: str) -> str:
+    """The reader of a file of VTK by what it holds: either ending may have either format."""
+    if reader not in ("vtk", "vtu"):
+        return reader
+    from softmark.solvers.mesh.files.vtk import legacy, xml
+
+    with file.open("rb") as data:
+        head = data.read(4096)
+    return "vtu" if xml.recognised(head) else "vtk" if legacy.recognised(head) else reader
 
 
 def _there(file: Path) -> None:

@@ -1,4 +1,4 @@
-"""VTK's legacy files, as text and binary, through meshio."""
+"""VTK's legacy files, as text and binary."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ DATASET = re.compile(rb"^\s*DATASET\s+(\S+)", re.MULTILINE | re.IGNORECASE)
 
 def read(file: Path) -> Told:
     """One moment, whose time the format does not tell. Raises Unreadable."""
-    kinds = DATASET.findall(file.read_bytes())
+    data = file.read_bytes()
+    kinds = DATASET.findall(data)
     if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):
         reason = f"it holds {other.decode('latin-1')[:40]}, no unstructured grid"
         raise Unreadable(file.name, reason, "save it as an unstructured grid")

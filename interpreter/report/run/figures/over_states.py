@@ -79,7 +79,7 @@ class _Metric:
         largest = max(abs(low), abs(high))
         low = min(0.0, low) if low <= 0.25 * high or low < 0.0 else low
         margin = 0.06 * (high - low if high - low > ROUNDING * largest else largest) or 1e-9
-        if negligible(largest, 0.0, self.metric.unit):  # whose digits are not worth an axis
+        if negligible(largest, 0.0, self.metric.unit, self.findings.moved):  # whose digits are not worth an axis
             low, high, margin = 0.0, 0.0, 1.0
         first, last = min(self.states), max(self.states)
         wide = last - first or 1.0
@@ -105,7 +105,7 @@ class _Metric:
         return f"`{self.metric.name}` in {count(len(self.states), 'state')}{summary}{gaps}"
 
     def _columns(self) -> list[PlateColumn]:
-        values = [0.0 if negligible(v, 0.0, self.metric.unit) else v for v in self.values]
+        values = [0.0 if negligible(v, 0.0, self.metric.unit, self.findings.moved) else v for v in self.values]
         scale = scale_of(values, self.metric.unit, self.metric.percent)
         decimals = decimals_of(values, scale, 6)
         found = [PlateColumn("state", ("state",), [(percent(s),) for s in self.states])]
@@ -132,7 +132,7 @@ def lines(findings: Findings) -> Iterator[str]:
     for metric in findings.metrics:
         for n, (name, curve) in enumerate(curves_of(findings, metric.name).items()):
             values = [curve.values[i] for i in some]
-            shown = ["-" if v is None else _short(v, metric) for v in values]
+            shown = ["-" if v is None else _short(v, metric, findings.moved) for v in values]
             rows.append([metric.name if n == 0 else "", name, *shown])
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     for row in rows:
@@ -142,5 +142,5 @@ def lines(findings: Findings) -> Iterator[str]:
         yield f"what else is told is of the last state, {percent(first.states[-1])}"
 
 
-def _short(value: float, metric: MetricColumn) -> str:
-    return "0" if negligible(value, 0.0, metric.unit) else quantity(value, metric.unit, 4, percent=True)
+def _short(value: float, metric: MetricColumn, moved: float) -> str:
+    return "0" if negligible(value, 0.0, metric.unit, moved) else quantity(value, metric.unit, 4, percent=True)

@@ -50,7 +50,7 @@ def _row(contact: str, model: str, own: Touched) -> str:
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
         _area(touch.area),
         units.show(rounded(touch.pressure, DIGITS), units.PRESSURE),
-        units.show(rounded(touch.gap, DIGITS), units.LENGTH),
+        NOTHING if touch.gap is None else units.show(rounded(touch.gap, DIGITS), units.LENGTH),
     )
     return tag("tr", *(row_head(contact), tag("td", tag("code", text(model)))), *(tag("td", text(c)) for c in cells),
                tag("td", prose("; ".join(said) or NOTHING)))  # fmt: skip
@@ -66,8 +66,9 @@ def lines(report: Report) -> Iterator[str]:
     for contact, each in by_thing({n: m.contacts for n, m in report.models.items() if m.status == "converged"}).items():
         for model, own in each.items():
             if not own.touch.pressure:
-                left = units.show(rounded(own.touch.gap, DIGITS), units.LENGTH)
-                yield f"{contact} does not touch in {model}: {left} are left"
+                gap = own.touch.gap
+                left = "" if gap is None else f": {units.show(rounded(gap, DIGITS), units.LENGTH)} are left"
+                yield f"{contact} does not touch in {model}{left}"
                 continue
             force = pressing(own.reaction.force, DIGITS, ROUNDING)
             if own.beyond is not None:

@@ -240,7 +240,7 @@ class ResultsTable:
             own = value / scale.factor
             return signed(f"{own:.0f}" if abs(own) >= 100 else f"{own:.3g}")
         largest = max((abs(v) for v in self.values[metric.name]), default=0.0)
-        return "0" if negligible(value, largest, metric.unit) else scale.text(value, decimals)
+        return "0" if negligible(value, largest, metric.unit, self.findings.moved) else scale.text(value, decimals)
 
     def _reason(self, name: str, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)

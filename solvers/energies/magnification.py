@@ -1,0 +1,66 @@
+"""Magnification of very small displacement gradients, whose digits a deformation gradient F = I + H would lose.
+
+With |H| = 1e-12, F keeps four digits of sixteen, and below 1e-16 none: stress and energy are rounding. If P is linear
+in H, P(I + c H) / c is the same and c makes |H| about one. Otherwise |H| below SMALL is magnified to SMALL, where the
+error of taking the law as linear is as small as that of rounding. A law with a stress at rest is not magnified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats
+
+SMALL = 2.0**-27  # of |H|: its square is as much smaller as rounding is, 2^-54
+AGREEING = 1e-12  # relative: rounding of a law
+
+
+def factor(reach: float, linear: bool, largest: Callable[[float], float], kind: Any = np.float64) -> float:
+    """A power of two, 1 or more, by which displacements are magnified.
+
+    `reach` is a bound of |H|, and `largest` finds the greatest |H| of displacements that are magnified so many times.
+    """
+    if not 0.0 < reach < (1.0 if linear else SMALL):
+        return 1.0
+    most = -np.log2(np.finfo(kind).tiny) / 4.0  # such that no square of it overflows
+    up = float(2.0 ** min(np.floor(-np.log2(reach)), most))
+    if linear:
+        return up
+    there = largest(up) / up
+    return float(2.0 ** min(np.floor(np.log2(SMALL / there)), most)) if 0.0 < there < SMALL else 1.0
+
+
+def is_relaxed(law: Any, many: int = 1) -> bool:
+    """Whether the stress of a law, at so many points with constants of their own, is zero without deformation."""
+    P, A = _at_identity(law, "P", many), _at_identity(law, "dPdF", many)
+    return bool(np.abs(P).max() <= AGREEING * np.abs(A).max())
+
+
+def is_linear(law: Any, many: int = 1) -> bool:
+    """Whether the stress of a law is a linear function of H: three multiples of one H agree."""
+    H = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 3))
+    once, more, less = (_at_identity(law, "P", many, k * H) for k in (1.0, 4.0, -2.0))
+    with np.errstate(all="ignore"):
+        apart = np.abs(more - 4.0 * once).max() + np.abs(less + 2.0 * once).max()
+    return bool(apart <= AGREEING * np.abs(once).max())
+
+
+def piola(law: Any, H: Floats) -> Floats:
+    """The first Piola-Kirchhoff stress (n, 3, 3), Pa, of displacement gradients (n, 3, 3), small ones magnified."""
+    reach = float(np.abs(H).max(initial=0.0))
+    up = 1.0
+    if 0.0 < reach < 1.0 and is_relaxed(law, len(H)):
+        up = factor(reach, is_linear(law, len(H)), lambda c: c * reach)
+    P: Floats = law.P(np.ascontiguousarray(up * H + np.eye(3))) / up
+    return P
+
+
+def _at_identity(law: Any, name: str, many: int, H: Floats | None = None) -> Floats:
+    """What a function of the law makes of I + H."""
+    F = np.eye(3) if H is None else np.eye(3) + H
+    with np.errstate(all="ignore"):
+        found: Floats = getattr(law, name)(np.broadcast_to(F, (many, 3, 3)).copy())
+    return found

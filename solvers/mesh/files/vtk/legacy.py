@@ -1,0 +1,301 @@
+"""Legacy VTK files, text and binary, up to version 5.1: unstructured grids and surfaces (POLYDATA), with arrays.
+
+Arrays of text are skipped. Polygons become triangles and quadrilaterals, strips become triangles. Source: VTK File
+Formats, "Simple legacy formats" (vtk.org); strings and offsets as vtkDataReader::ReadArray and ReadCells read them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.files.gmsh1 import Block, Malformed
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+TYPES = {
+    "bit": "?", "unsigned_char": "u1", "char": "i1", "unsigned_short": "u2", "short": "i2", "unsigned_int": "u4",
+    "int": "i4", "unsigned_long": "u8", "long": "i8", "float": "f4", "double": "f8", "vtkidtype": "i4",
+    "vtktypeint64": "i8", "vtktypeuint64": "u8", "vtktypeint32": "i4", "vtktypeuint32": "u4",
+}  # fmt: skip
+CELLS = {  # VTK's number of a cell -> meshio's word and the number of nodes
+    1: ("vertex", 1), 3: ("line", 2), 5: ("triangle", 3), 9: ("quad", 4), 10: ("tetra", 4), 12: ("hexahedron", 8),
+    13: ("wedge", 6), 14: ("pyramid", 5), 21: ("line3", 3), 22: ("triangle6", 6), 23: ("quad8", 8),
+    24: ("tetra10", 10), 25: ("hexahedron20", 20), 26: ("wedge15", 15), 27: ("pyramid13", 13), 28: ("quad9", 9),
+    29: ("hexahedron27", 27), 32: ("wedge18", 18),
+}  # fmt: skip
+LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 10): 24, (72, 8): 12}
+BRICKS = {8: (9, (0, 1, 3, 2)), 11: (12, (0, 1, 3, 2, 4, 5, 7, 6))}  # pixels and voxels: the same cell in another order
+POLYGON, STRIP, LINE, POINTS = 7, 6, 4, 2
+LISTS = {"VERTICES": POINTS, "LINES": LINE, "POLYGONS": POLYGON, "TRIANGLE_STRIPS": STRIP}  # of POLYDATA, in this order
+WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1, "EDGE_FLAGS": 1}
+DATASETS = frozenset({b"UNSTRUCTURED_GRID", b"POLYDATA"})
+
+
+@dataclass(frozen=True)
+class File:
+    """Contents of a file in the form that meshio has: points (n, 3), cells in blocks, and arrays by name."""
+
+    points: Floats
+    cells: list[Block]
+    point_data: dict[str, Any]
+    cell_data: dict[str, list[Any]]
+
+
+def recognised(data: bytes) -> bool:
+    """Whether this is a legacy file with a kind of grid that is read here."""
+    if not data.startswith(b"# vtk DataFile"):
+        return False
+    words = data[:4096].split(b"DATASET", 1)
+    return len(words) == 2 and words[1].split(None, 1)[0].upper() in DATASETS
+
+
+def read(path: Path) -> File:
+    """Points, cells and arrays of numbers. Raises Malformed."""
+    try:
+        return _Reader(path.read_bytes()).file()
+    except (ValueError, IndexError, KeyError, OverflowError) as error:
+        raise Malformed(str(error) or type(error).__name__) from error
+
+
+class _Reader:
+    def __init__(self, data: bytes) -> None:
+        self.data, self.at = data, 0
+        self.version = self._line()
+        self._line()  # a title
+        form = self._line().upper()
+        if form not in ("ASCII", "BINARY"):
+            raise Malformed(f"`{form[:40]}` is neither ASCII nor BINARY")
+        self.text = form == "ASCII"
+        self.points: Floats | None = None
+        self.lists: dict[str, tuple[Ints, Ints]] = {}  # ends (m,) and nodes of cells
+        self.types: Ints | None = None
+        self.arrays: dict[str, dict[str, Any]] = {"POINT_DATA": {}, "CELL_DATA": {}, "": {}}
+
+    def file(self) -> File:
+        """All of it. Raises Malformed, ValueError."""
+        self._sections()
+        if self.points is None:
+            raise Malformed("it has no POINTS")
+        n, on_points = len(self.points), self.arrays["POINT_DATA"]
+        rows = list(self._rows())
+        total = sum(len(ends) for ends, _ in self.lists.values())
+        blocks: dict[str, tuple[list[Ints], list[Ints]]] = {}
+        for word, cells, which in rows:
+            own = blocks.setdefault(word, ([], []))
+            own[0].append(cells)
+            own[1].append(which)
+        found, order = [], []
+        for word, (cells, which) in blocks.items():
+            found.append(Block(word, np.concatenate(cells)))
+            order.append(np.concatenate(which))
+        on_cells = {name: [values[which] for which in order] for name, values in self.arrays["CELL_DATA"].items()
+                    if len(values) == total}  # fmt: skip
+        return File(self.points, found, {k: v for k, v in on_points.items() if len(v) == n}, on_cells)
+
+    def _sections(self) -> None:
+        where, count = "", 0
+        while (line := self._line()) is not None and (self.at < len(self.data) or line):
+            words = line.split()
+            key = words[0].upper() if words else ""
+            if not words or key == "DATASET":
+                continue
+            if key == "METADATA":
+                while self._line(blank=True).strip():
+                    pass
+            elif key == "POINTS":
+                self.points = self._numbers(3 * int(words[1]), words[2]).reshape(-1, 3).astype(np.float64)
+            elif key == "CELLS" or key in LISTS:
+                self.lists[key] = self._cells(int(words[1]), int(words[2]))
+            elif key == "CELL_TYPES":
+                self.types = self._numbers(int(words[1]), "int").astype(np.int64)
+            elif key in ("POINT_DATA", "CELL_DATA"):
+                where, count = key, int(words[1])
+            elif key == "FIELD":
+                for _ in range(int(words[2])):
+                    self._field(where)
+            elif key == "LOOKUP_TABLE":
+                self._numbers(4 * int(words[2]), "float" if self.text else "unsigned_char")
+            else:
+                self._attribute(key, words, where, count)
+
+    def _attribute(self, key: str, words: list[str], where: str, count: int) -> None:
+        """One array of points or cells. Raises Malformed."""
+        if key == "COLOR_SCALARS":
+            self._numbers(int(words[2]) * count, "float" if self.text else "unsigned_char")
+            return
+        if key == "SCALARS":
+            kind, width = words[2], int(words[3]) if len(words) > 3 else 1
+            before = self.at
+            if not self._line().upper().startswith("LOOKUP_TABLE"):
+                self.at = before
+        elif key == "TEXTURE_COORDINATES":
+            kind, width = words[3], int(words[2])
+        elif key in WIDTHS:
+            kind, width = words[2], WIDTHS[key]
+        else:
+            raise Malformed(f"`{key[:40]}` is no section that is known")
+        self._keep(where, words[1], self._numbers(width * count, kind), count)
+
+    def _field(self, where: str) -> None:
+        words = self._line().split()
+        if words[0].upper() == "METADATA":  # of the array before
+            while self._line(blank=True).strip():
+                pass
+            words = self._line().split()
+        name, width, count, kind = words[0], int(words[1]), int(words[2]), words[3]
+        if kind.lower() == "string":
+            self._strings(width * count)
+        else:
+            self._keep(where, name, self._numbers(width * count, kind), count)
+
+    def _keep(self, where: str, name: str, values: Any, count: int) -> None:
+        shaped = values.reshape(count, -1) if count else values
+        self.arrays[where][unquote(name)] = shaped[:, 0] if shaped.ndim == 2 and shaped.shape[1] == 1 else shaped
+
+    # ------------------------------------------------------------------ words
+
+    def _line(self, blank: bool = False) -> str:
+        """The next line; the next that is not empty, unless `blank`."""
+        while self.at < len(self.data):
+            end = self.data.find(b"\n", self.at)
+            end = len(self.data) if end < 0 else end
+            line = self.data[self.at : min(end, self.at + 4096)].decode("utf-8", "replace").strip()
+            self.at = end + 1
+            if line or blank:
+                return line
+        return ""
+
+    def _numbers(self, count: int, kind: str) -> Any:
+        """So many numbers. Raises Malformed, ValueError."""
+        code = TYPES.get(kind.lower())
+        if code is None:
+            raise Malformed(f"`{kind[:40]}` is no type of numbers that is known")
+        if count < 0 or count > 8 * len(self.data):
+            raise Malformed(f"it promises {count} numbers, and breaks off before")
+        if self.text:
+            words = self._words(count)
+            return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
+        if code == "?":
+            size = (count + 7) // 8
+            found = np.unpackbits(np.frombuffer(self._raw(size), np.uint8))[:count]
+        else:
+            found = np.frombuffer(self._raw(count * int(code[1])), dtype=np.dtype(code).newbyteorder(">"))
+        return found.astype(found.dtype.newbyteorder("="))
+
+    def _words(self, count: int) -> list[bytes]:
+        wide = 24 * count + 64
+        while True:
+            window = self.data[self.at : self.at + wide]
+            parts = window.split(None, count)
+            rest = parts[count] if len(parts) > count else b""
+            if rest or self.at + wide >= len(self.data):
+                if len(parts) < count:
+                    raise Malformed(f"it promises {count} numbers, and breaks off before")
+                self.at += len(window) - len(rest)
+                return parts[:count]
+            wide *= 2
+
+    def _raw(self, size: int) -> bytes:
+        if self.at + size > len(self.data):
+            raise Malformed("it breaks off")
+        self.at += size
+        return self.data[self.at - size : self.at]
+
+    def _strings(self, count: int) -> None:
+        """Skip so many strings: a line each as text, else with their length before them, in 1, 2, 4 or 8 bytes."""
+        if count < 0 or count > len(self.data):
+            raise Malformed(f"it promises {count} texts, and breaks off before")
+        for _ in range(count):
+            if self.text:
+                self._line(blank=True)
+            else:
+                wide = (8, 4, 2, 1)[self.data[self.at] >> 6]
+                self._raw(int.from_bytes(self._raw(wide), "big") & ((1 << (8 * wide - (2 if wide < 8 else 0))) - 1))
+
+    # ------------------------------------------------------------------ cells
+
+    def _cells(self, first: int, second: int) -> tuple[Ints, Ints]:
+        """Ends (m,) of cells in their nodes. Raises Malformed."""
+        before = self.at
+        words = self._line().split()
+        if words[:1] == ["OFFSETS"]:  # version 5
+            starts = self._numbers(first, words[1]).astype(np.int64)
+            words = self._line().split()
+            if words[:1] != ["CONNECTIVITY"]:
+                raise Malformed("OFFSETS without CONNECTIVITY")
+            nodes = self._numbers(second, words[1]).astype(np.int64)
+            ends = starts[1:]
+            if len(starts) and (starts[0] != 0 or (np.diff(starts) < 0).any() or starts[-1] != len(nodes)):
+                raise Malformed("the offsets of its cells do not fit")
+            return ends, nodes
+        self.at = before
+        flat = self._numbers(second, "int").astype(np.int64)
+        sizes, at = [], 0
+        for _ in range(first):
+            if at >= len(flat) or flat[at] < 0:
+                raise Malformed(f"it promises {first} cells, and breaks off before")
+            sizes.append(int(flat[at]))
+            at += 1 + sizes[-1]
+        if at != len(flat):
+            raise Malformed("the numbers of nodes of its cells do not fit")
+        ends = np.cumsum(np.array(sizes, dtype=np.int64))
+        keep = np.ones(len(flat), dtype=np.bool_)
+        keep[ends - np.array(sizes, dtype=np.int64) + np.arange(first)] = False
+        return ends, flat[keep]
+
+    def _rows(self) -> Iterator[tuple[str, Ints, Ints]]:
+        """Cells (k, a) of one word, and their numbers in the file (k,). Raises Malformed."""
+        before = 0
+        for key in ("CELLS", *LISTS):
+            if key not in self.lists:
+                continue
+            ends, nodes = self.lists[key]
+            types = self.types if key == "CELLS" else np.full(len(ends), LISTS[key], dtype=np.int64)
+            if types is None or len(types) != len(ends):
+                raise Malformed(f"it has {len(ends)} cells and {0 if types is None else len(types)} kinds of them")
+            sizes = np.diff(np.concatenate([[0], ends]))
+            for kind, size in sorted({*zip(types.tolist(), sizes.tolist(), strict=True)}):
+                which = np.flatnonzero((types == kind) & (sizes == size))
+                cells = nodes[(ends[which] - size)[:, None] + np.arange(size)]
+                for word, own, index in self._as_cells(kind, size, cells):
+                    yield word, own, before + which[index]
+            before += len(ends)
+
+    def _as_cells(self, kind: int, size: int, cells: Ints) -> Iterator[tuple[str, Ints, Ints]]:
+        """The same as cells of meshio's kinds, with the row that each was. Raises Malformed."""
+        every = np.arange(len(cells))
+        if kind in (POLYGON, STRIP) and size < 3:
+            raise Malformed(f"a polygon or strip of {size} points")
+        if kind == POLYGON and size > 4:
+            self._convex(cells)
+            fan = np.stack([np.zeros(size - 2, dtype=np.int64), np.arange(1, size - 1), np.arange(2, size)], axis=1)
+            yield "triangle", cells[:, fan].reshape(-1, 3), np.repeat(every, size - 2)
+        elif kind == POLYGON:
+            yield ("triangle" if size == 3 else "quad"), cells, every
+        elif kind == STRIP:
+            turns = np.array([(i, i + 1, i + 2) if i % 2 == 0 else (i + 1, i, i + 2) for i in range(size - 2)])
+            yield "triangle", cells[:, turns].reshape(-1, 3), np.repeat(every, size - 2)
+        elif kind in (LINE, POINTS):
+            wide = 2 if kind == LINE else 1  # the first of a polyline or a list of points: no solid has them
+            yield ("line" if kind == LINE else "vertex"), cells[:, :wide], every
+        else:
+            kind, order = BRICKS.get(kind, (LAGRANGE.get((kind, size), kind), tuple(range(size))))
+            word, many = CELLS.get(kind, (f"VTK's kind {kind}", size))
+            if many != size or len(order) != size:
+                raise Malformed(f"a {word} of {size} points")
+            yield word, cells[:, list(order)], every
+
+    def _convex(self, cells: Ints) -> None:
+        """Raises Malformed where a polygon is not convex, so that triangles from its first point would overlap."""
+        assert self.points is not None
+        corners = self.points[cells]
+        edges = np.roll(corners, -1, axis=1) - corners
+        turns = np.cross(edges, np.roll(edges, -1, axis=1))
+        normal = turns.sum(axis=1, keepdims=True)
+        if (np.einsum("kij,kij->ki", turns, np.broadcast_to(normal, turns.shape)) < -1e-9 * (normal**2).sum(-1)).any():
+            raise Malformed("a polygon is not convex: triangulate the surface")
