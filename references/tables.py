@@ -15,6 +15,7 @@ from pathlib import Path
 
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
+from softmark.safe_files import read_regular
 
 SEPARATORS = (",", ";", "\t")
 BEFORE = 1000  # lines, among which the header is looked for
@@ -77,11 +78,11 @@ def header(file: Path) -> tuple[str, ...]:
 
 def _text(file: Path) -> str:
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = read_regular(file).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise Unreadable(file.name, "it is no text in UTF-8", "save it as CSV in UTF-8") from None
     except OSError as error:
-        raise Unreadable(file.name, f"it cannot be read ({error})", "give a CSV file in UTF-8") from None
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "give a CSV file in UTF-8") from None
     if "\0" in text:
         raise Unreadable(file.name, "it is no text", "save it as CSV in UTF-8")
     return text

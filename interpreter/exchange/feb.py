@@ -16,6 +16,7 @@ from softmark.interpreter.exchange.loads_of import alike, together
 from softmark.interpreter.exchange.record import Deck, Floats, Foreign, Ints, Law, Left, OnFaces, Part
 from softmark.interpreter.exchange.xml_words import Words, child
 from softmark.interpreter.models.results.readers.trees import ElementT, parsed
+from softmark.safe_files import read_regular
 
 KINDS = {"tet4": 4, "tet10": 10, "hex8": 8, "hex20": 20}  # whose words are ours, and their nodes
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
@@ -50,7 +51,7 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self.name = path.name
         self.words = Words(path.name)
-        self.top = parsed(path.name, path.read_bytes(), "febio_spec")
+        self.top = parsed(path.name, read_regular(path), "febio_spec")
         self.left: list[Left] = []
         self.place: dict[int, int] = {}
         self.asked: set[str] = set()  # sets that something acts on

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.problem.typical import profiles
 from softmark.interpreter.vocabulary.fields import Field
+from softmark.memory_limits import limited_memory, reason_of
 from softmark.records import dataclass
 from softmark.references.data import find
 from softmark.references.measured import Frame, Unreadable
-from softmark.references.rationing import rationed, reason_of
 from softmark.solvers.materials.varying import with_constants
 
 Floats = NDArray[np.float64]
@@ -144,7 +144,7 @@ def _mesh(field: Field, file: Path) -> OnMesh:
 
     if field.length is None:
         raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
-    with rationed(file), redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+    with limited_memory(file), redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         try:
             read = meshio.read(file)
         except SystemExit:  # meshio's way to say that a reader failed

@@ -16,13 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.memory_limits import limited_memory, reason_of
+from softmark.other_files import names_other_files
+from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import ended, gmsh1, gmsh4
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import MESHES, filling
-from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
 
@@ -135,11 +137,11 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
     log = logging.getLogger("trimesh")
     told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
     try:
-        with rationed(path), path.open("rb") as data:
+        with limited_memory(path), open_regular(path) as data:
             found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
                                  skip_materials=True)  # fmt: skip
     except Exception as error:  # its readers raise what they like
-        raise UnreadableMesh(f"trimesh cannot read it ({_reason(error)})", remedy=SURFACE_AGAIN) from error
+        raise UnreadableMesh(f"trimesh cannot read it ({reason_of(error)})", remedy=SURFACE_AGAIN) from error
     finally:
         log.disabled = told
     triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
@@ -198,15 +200,6 @@ def _carried(mesh: Mesh, new: Mesh) -> Mesh:
     return split(mesh, new)
 
 
-def _reason(error: Exception) -> str:
-    """What a reader's exception says, in words for whoever has the file."""
-    if isinstance(error, MemoryError):
-        return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
-    if isinstance(error, ModuleNotFoundError):
-        return f"this format needs the package {error.name}, which is not installed"
-    return " ".join(str(error).split())[:200] or type(error).__name__
-
-
 def placed(data: Any, unit: float) -> Floats:
     """The points (n, 3) of a file, m. Raises UnreadableMesh."""
     read = np.asarray(data.points, dtype=np.float64)
@@ -224,11 +217,18 @@ def parsed(path: Path) -> Any:
     _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
-            return gmsh1.read(path)
-        except gmsh1.Malformed as error:
-            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
-    if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
-        raise UnreadableMesh("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
+            with limited_memory(path):
+                return gmsh1.read(path)
+        except (gmsh1.Malformed, MemoryError) as error:
+            why = reason_of(error)
+            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
+    try:
+        with limited_memory(path):
+            elsewhere = names_other_files(path)
+    except Exception as error:  # the readers of HDF5 raise what they like
+        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
+    if elsewhere:
+        raise UnreadableMesh(elsewhere, remedy=AGAIN)
     import meshio
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
@@ -251,7 +251,7 @@ def _without_sets(path: Path, kind: str) -> Any:
     import meshio
 
     kept, keeps = [], True
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True):
+    for line in read_regular(path).decode("utf-8", errors="replace").splitlines(keepends=True):
         if line.startswith("*") and not line.startswith("**"):
             keyword = line[1:].partition(",")[0].strip().upper()
             if keyword == "INCLUDE":  # whose path is that of the file
@@ -264,16 +264,41 @@ def _without_sets(path: Path, kind: str) -> Any:
     return read_buffer(StringIO("".join(kept)))
 
 
-OWN = {"abaqus": _without_sets, "gmsh": _with_groups}  # what meshio does not read as it is
+def _with_companion(path: Path, kind: str) -> Any:
+    """A file of TetGen with the other of its two, which meshio looks for: it must lie in the same folder."""
+    import meshio
+
+    other = path.with_suffix(".node" if path.suffix.lower() == ".ele" else ".ele").name
+    try:
+        path_within(path.parent, other)
+    except UnsafeFile as error:
+        raise UnsafeFile(f"{other}, which belongs to it: {error.strerror}") from None
+    return meshio.read(path, kind)
+
+
+def _without_cell_data(path: Path, kind: str) -> Any:
+    """A mesh of DOLFIN's XML; its numbers of cells, for which meshio opens other files, are not needed."""
+    import meshio
+    from meshio.dolfin._dolfin import _read_mesh
+
+    points, cells, _ = _read_mesh(path)
+    return meshio.Mesh(points, cells)
+
+
+OWN = {  # what meshio does not read as it is
+    "abaqus": _without_sets, "gmsh": _with_groups, "tetgen": _with_companion, "dolfin-xml": _without_cell_data,
+}  # fmt: skip
 
 
 def _there(path: Path, remedy: str = AGAIN) -> None:
     """Raises UnreadableMesh where there is no file, or nothing in it."""
     try:
-        if not path.is_file():
-            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
-        if path.stat().st_size == 0:
-            raise UnreadableMesh("it is empty", remedy=remedy)
+        with open_regular(path) as file:
+            if not file.read(1):
+                raise UnreadableMesh("it is empty", remedy=remedy)
+    except FileNotFoundError:
+        known = "the path is relative to the folder of the scene"
+        raise UnreadableMesh(f"there is no file {path}", remedy=known) from None
     except OSError as error:
         raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
 
@@ -286,11 +311,11 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), rationed(path):
+            with redirect_stdout(said), redirect_stderr(said), limited_memory(path):
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like
-            reasons.append(_reason(error))
+            reasons.append(reason_of(error))
     why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
     raise UnreadableMesh(f"meshio cannot read it ({why})", remedy=AGAIN)

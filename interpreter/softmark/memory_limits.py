@@ -1,0 +1,89 @@
+"""Memory for readers of files, which grows with the file whatever its header promises, and the memory that is free."""
+
+from __future__ import annotations
+
+import os
+from contextlib import contextmanager
+from pathlib import Path
+
+TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+FACTOR = 200  # bytes of memory for a byte of a file: texts of numbers take up to 60 of them in Python's lists
+FLOOR = 1 << 30  # bytes for any file, and for the modules that its reader imports
+SHARE = 0.5  # of the free memory, for the largest of files
+GROUP = Path("/sys/fs/cgroup")
+LIMITS = (  # of a container and what it uses, by versions of the interface
+    ("memory.max", "memory.current"),
+    ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+)
+
+
+@contextmanager
+def limited_memory(path: Path, size: int | None = None) -> Iterator[None]:
+    """Limit the address space of this process while a file is read.
+
+    The limit is what the process has, and beyond it 1 GiB and 200 times the size of the file, though no more than
+    half of the free memory. `size` in bytes is that of all files of a series. A header that promises more than the file
+    holds, and a small file that unpacks to a large one, then end in a MemoryError instead of a machine without memory.
+    Where the system has no such limits, or sets a lower one, nothing changes.
+    """
+    try:
+        import resource
+
+        has = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+        wanted = FLOOR + FACTOR * (path.stat().st_size if size is None else size)
+    except (ImportError, OSError):
+        yield
+        return
+    limit = has + int(min(wanted, max(FLOOR, SHARE * available())))
+    if soft != resource.RLIM_INFINITY and soft <= limit:
+        yield
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def reason_of(error: BaseException) -> str:
+    """Return the reason that a reader's exception gives, in words for whoever has the file."""
+    if isinstance(error, MemoryError):
+        return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
+    if isinstance(error, RecursionError):
+        return "its parts lie too deep in each other"
+    if isinstance(error, ModuleNotFoundError):
+        return f"this format needs the package {error.name}, which is not installed"
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def available() -> float:
+    """Return the bytes that can be had without swapping, as far as the system says; infinite where it says nothing."""
+    return min(_available_in_system(), _available_in_container())
+
+
+def _available_in_system() -> float:
+    try:
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * int(line.split()[1])
+    except (OSError, ValueError):
+        pass
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return float("inf")
+
+
+def _available_in_container() -> float:
+    for limit, used in LIMITS:
+        try:
+            return float(int((GROUP / limit).read_text()) - int((GROUP / used).read_text()))
+        except (OSError, ValueError):
+            continue
+    return float("inf")
