@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.results.authentication import code_of, is_authentic
-from softmark.interpreter.results.files import replace
+from softmark.interpreter.results.files import folder_within, replace
 from softmark.interpreter.study.kept.keys import SCHEMA
 from softmark.safe_files import read_regular
 
@@ -65,9 +65,7 @@ def write(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]) -> N
     body = io.BytesIO()
     named: dict[str, Any] = {str(i): a for i, a in enumerate(arrays)}
     np.savez(body, json=text, **named)  # of numbers: nothing is pickled
-    folder.mkdir(parents=True, exist_ok=True)
-    if not _is_own(folder):
-        raise OSError(None, f"{folder} is a symbolic link")
+    folder_within(folder.parent, folder.name)
     if shutil.disk_usage(folder).free < RESERVE + len(body.getvalue()):
         raise OSError(None, f"less than {RESERVE >> 20} MiB of the disk would be left for reports")
     replace(_path(folder, key), _head(body.getvalue()) + b"\n" + body.getvalue())
