@@ -35,9 +35,8 @@ def _one(name: str, check: bool) -> int:
         return 2
     if path is not None and not check and os.path.islink(name):
         remedy = f"format the file that it leads to: `dsl fmt {os.path.realpath(name)}`"
-        show(
-            [Diagnostic("E404", f"`{name}` is a symbolic link, which is not written through", None, None, help=remedy)]
-        )
+        problem = f"`{name}` is a symbolic link, which is not written through"
+        show([Diagnostic("E404", problem, None, None, help=remedy)])
         return 2
     if path is not None and not check and not os.path.isfile(name):
         problem = f"`{name}` is a scene of the standard library, which is not rewritten"
