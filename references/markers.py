@@ -18,11 +18,11 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from softmark.memory_limits import limited_memory, reason_of
 from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredPoints, Unreadable, Vector
 from softmark.references.reference import How, Reference
+from softmark.resource_limits import limited_resources, reason_of
 from softmark.safe_files import open_regular
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def read_table(file: Path) -> MarkerTable:
     import csv
 
     try:
-        with limited_memory(file), TextIOWrapper(open_regular(file), encoding="utf-8-sig", newline="") as lines:
+        with limited_resources(file), TextIOWrapper(open_regular(file), encoding="utf-8-sig", newline="") as lines:
             rows = [[text.strip() for text in row] for row in csv.reader(lines)]
     except (OSError, UnicodeDecodeError, csv.Error, MemoryError) as error:
         raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", "give a CSV file in UTF-8") from None

@@ -6,12 +6,11 @@ import importlib
 import math
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
-from io import StringIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.memory_limits import limited_memory, reason_of
-from softmark.other_files import names_other_files
+from softmark.mesh_file_hazards import hazard_of
 from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
@@ -27,7 +26,8 @@ from softmark.references.surfaces import (
     unit_normals,
     used,
 )
-from softmark.safe_files import open_regular
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import open_regular, read_regular
 
 if TYPE_CHECKING:
     import numpy as np
@@ -246,8 +246,9 @@ def _by_trimesh(file: Path) -> tuple[Any, Any]:
     level = log.level
     log.setLevel("CRITICAL")  # a missing texture is nobody's concern here
     try:
-        with limited_memory(file), open_regular(file) as data:  # a stream: materials in other files stay unread
-            mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False)
+        with limited_resources(file):  # without a name and a path: materials in other files stay unread
+            data = BytesIO(read_regular(file))
+            mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False, skip_materials=True)
     except Exception as error:  # its readers raise what they like
         reason = f"trimesh cannot read it ({reason_of(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
@@ -275,8 +276,8 @@ _TRIANGLES = {
 def _meshio(file: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
     try:
-        with limited_memory(file):
-            elsewhere = names_other_files(file)
+        with limited_resources(file):
+            elsewhere = hazard_of(file)
     except Exception as error:  # the readers of HDF5 raise what they like
         elsewhere = f"it cannot be read ({reason_of(error)})"
     if elsewhere:
@@ -287,7 +288,7 @@ def _meshio(file: Path) -> Any:
     for kind in (k for k in kinds if k not in UNENDING | VOLUMES):
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), limited_memory(file):
+            with redirect_stdout(said), redirect_stderr(said), limited_resources(file):
                 return meshio.read(file, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")

@@ -92,10 +92,10 @@ def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list
     """The separator, the header and the rows below it."""
     likely: list[str] = []
     for separator in SEPARATORS:
-        rows = _rows(name, text, separator)
+        rows = _rows(name, text, separator, BEFORE)
         at = next((i for i, (_, fields) in enumerate(rows) if set(asked) <= set(fields)), None)
         if at is not None:
-            return separator, rows[at][1], rows[at + 1 :]
+            return separator, rows[at][1], _rows(name, text, separator)[at + 1 :]
         likely = max(likely, _header(rows), key=len)
     lacking = next((column for column in asked if column not in likely), asked[0])
     listed = ", ".join(f"`{c}`" for c in likely[:SHOWN]) + (" and others" if len(likely) > SHOWN else "")
@@ -103,14 +103,18 @@ def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list
     raise Unreadable(name, f"it has no column `{lacking}`", help)
 
 
-def _rows(name: str, text: str, separator: str) -> list[Row]:
+def _rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
+    """The rows that are not empty, of all lines or of the first so many."""
     import csv
 
     reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
     try:
         begins, rows = 1, []
         for fields in reader:
-            rows.append((begins, [field.strip() for field in fields]))
+            if most is not None and reader.line_num > most:
+                break
+            if any(fields):
+                rows.append((begins, [field.strip() for field in fields]))
             begins = reader.line_num + 1  # a row goes over several lines where a quote is not closed
         return rows
     except csv.Error as error:

@@ -11,9 +11,9 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softmark.memory_limits import limited_memory, reason_of
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable, Vector
+from softmark.resource_limits import limited_resources, reason_of
 from softmark.safe_files import UnsafeFile, open_regular, path_within
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     """
     read = _reader(file)
     try:
-        with nullcontext() if read in (_dicom, _nrrd) else limited_memory(file):  # these are of several files
+        with nullcontext() if read in (_dicom, _nrrd) else limited_resources(file):  # these are of several files
             volume = read(file, spacing, unit)
         volume = _checked(file.name, _spaced(volume, spacing))
     except Unreadable:
@@ -100,12 +100,12 @@ def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
 def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     nrrd = imported("nrrd", file.name)
     with open_regular(file) as opened:
-        with limited_memory(file):
+        with limited_resources(file):
             header = nrrd.read_header(opened)
             data = _data_file(file, header)
         size = sum(one.stat().st_size for one in (file, data) if one is not None)
         own = {key: value for key, value in header.items() if key not in ("datafile", "data file")}
-        with limited_memory(file, size):
+        with limited_resources(file, size):
             values = nrrd.read_data({**own, "data file": str(data)} if data else own, opened, str(file))
     if "space directions" in header:
         axes = np.asarray(header["space directions"], dtype=float).T
@@ -156,7 +156,7 @@ def _length(name: str, said: Iterable[str] | None) -> float:
 
 def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     """The series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
-    with limited_memory(file, sum(one.stat().st_size for one in _slices(file))):
+    with limited_resources(file, sum(one.stat().st_size for one in _slices(file))):
         return _of_slices(file, _series(file))
 
 

@@ -66,7 +66,7 @@ def test_the_solvers_alone_find_the_tip_of_the_silicone_beam() -> None:
     done = subprocess.run([sys.executable, "-c", found[1] + told], capture_output=True, text=True, check=True)
     tip, loaded = done.stdout.splitlines()
     assert [float(n) for n in re.findall(r"-?\d+\.\d", tip)] == pytest.approx([111.9, -133.8], abs=0.7)
-    ground = ("softmark.solvers", "softmark.records", "softmark.ranges", "softmark.memory_limits")
+    ground = ("softmark.solvers", "softmark.records", "softmark.ranges", "softmark.resource_limits")
     others = [m for m in eval(loaded) if not m.startswith(ground)]
     assert others == []
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark import memory_limits
+from softmark import resource_limits
 from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Floats, Remembered, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
@@ -130,7 +130,7 @@ def _must_forget(case: Case) -> None:
 
 def _must_fit(needed: float) -> None:
     """Raises Unknown where a finer space would take more than its share of the memory that is left."""
-    free = memory_limits.available()
+    free = resource_limits.available()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
         raise Unknown(f"a finer space would take {gigabytes}")

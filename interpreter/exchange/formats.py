@@ -21,8 +21,8 @@ def read(path: Path) -> Deck:
     """What a file says. Raises Unreadable, Foreign."""
     import numpy as np
 
-    from softmark.memory_limits import limited_memory, reason_of
     from softmark.references.measured import UNPACK, Unreadable, must_be_unpacked
+    from softmark.resource_limits import limited_resources, reason_of
 
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -34,7 +34,7 @@ def read(path: Path) -> Deck:
             what = "it is a folder" if path.is_dir() else "there is no such file"
             raise Unreadable(path.name, what, "name a file that is there")
         must_be_unpacked(path)
-        with limited_memory(path), np.errstate(all="ignore"):
+        with limited_resources(path), np.errstate(all="ignore"):
             found: Deck = own.read(path)
     except (MemoryError, OSError, RecursionError) as error:
         raise Unreadable(path.name, reason_of(error), AGAIN) from None

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import numpy as np
 from scipy import sparse
 
-from softmark import memory_limits as memory
+from softmark import resource_limits as memory
 from softmark.records import dataclass
 from softmark.solvers.base import ahead
 from softmark.solvers.base.threads import ALONE

@@ -13,7 +13,7 @@ import pytest
 from scipy import sparse
 
 import softmark
-from softmark import memory_limits as memory
+from softmark import resource_limits as memory
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.linear import factorisations, plans

@@ -185,6 +185,8 @@ def _opened(path: Path, flags: int) -> int:
 def _objects(data: bytes) -> Iterator[Json]:
     """The JSON objects of whole lines; a line that cannot be read counts as not written."""
     for line in data.splitlines():
+        if not line.startswith(b"{"):
+            continue
         try:
             found = json.loads(line)
         except (ValueError, RecursionError):

@@ -10,14 +10,14 @@ import tempfile
 from collections.abc import Iterable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
-from io import StringIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.memory_limits import limited_memory, reason_of
-from softmark.other_files import names_other_files
+from softmark.mesh_file_hazards import hazard_of
+from softmark.resource_limits import limited_resources, reason_of
 from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
@@ -137,7 +137,8 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
     log = logging.getLogger("trimesh")
     told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
     try:
-        with limited_memory(path), open_regular(path) as data:
+        with limited_resources(path):  # without a name and a path: what it names elsewhere stays unread
+            data = BytesIO(read_regular(path))
             found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
                                  skip_materials=True)  # fmt: skip
     except Exception as error:  # its readers raise what they like
@@ -217,14 +218,14 @@ def parsed(path: Path) -> Any:
     _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
-            with limited_memory(path):
+            with limited_resources(path):
                 return gmsh1.read(path)
         except (gmsh1.Malformed, MemoryError) as error:
             why = reason_of(error)
             raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
     try:
-        with limited_memory(path):
-            elsewhere = names_other_files(path)
+        with limited_resources(path):
+            elsewhere = hazard_of(path)
     except Exception as error:  # the readers of HDF5 raise what they like
         raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
     if elsewhere:
@@ -311,7 +312,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), limited_memory(path):
+            with redirect_stdout(said), redirect_stderr(said), limited_resources(path):
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")

@@ -53,7 +53,7 @@ def read(file: Path) -> Told:
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
-        from softmark.memory_limits import reason_of
+        from softmark.resource_limits import reason_of
 
         raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", AGAIN) from None
     return told

@@ -14,9 +14,9 @@ import numpy as np
 from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
 from softmark.interpreter.models.results.readers.trees import numbers
 from softmark.interpreter.models.results.told import Floats, Ints, Told
-from softmark.memory_limits import limited_memory
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
+from softmark.resource_limits import limited_resources
 from softmark.safe_files import read_regular
 
 # number of a type of cell -> meshio's word and its nodes
@@ -69,7 +69,7 @@ class Lines:
 
 def read(file: Path) -> Told:
     """All increments. Raises Unreadable."""
-    with limited_memory(file):
+    with limited_resources(file):
         lines = Lines(file.name, read_regular(file).replace(b"\r\n", b"\n").split(b"\n"))
         heads = lines.heads()
         key, row, here = next(heads, ("", b"", 0))

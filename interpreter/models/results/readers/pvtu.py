@@ -8,8 +8,8 @@ from softmark.interpreter.models.results.readers import vtu
 from softmark.interpreter.models.results.readers.moments import Moment, told
 from softmark.interpreter.models.results.readers.trees import parsed, within
 from softmark.interpreter.models.results.told import Told
-from softmark.memory_limits import limited_memory
 from softmark.references.measured import Unreadable
+from softmark.resource_limits import limited_resources
 from softmark.safe_files import read_regular
 
 
@@ -25,7 +25,7 @@ def read_moment(file: Path) -> Moment:
 
 def part(file: Path) -> Path:
     """The file of the one part, in the same folder or below. Raises Unreadable."""
-    with limited_memory(file):
+    with limited_resources(file):
         top = parsed(file.name, read_regular(file), "VTKFile")
     pieces = top.findall("PUnstructuredGrid/Piece")
     if len(pieces) != 1:

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, moment, told
 from softmark.interpreter.models.results.readers.trees import ElementT, numbers, parsed
 from softmark.interpreter.models.results.told import Ints, Told
-from softmark.memory_limits import FACTOR, FLOOR, limited_memory
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
+from softmark.resource_limits import FACTOR, FLOOR, limited_resources
 from softmark.safe_files import read_regular
 
 Array = NDArray[np.generic]
@@ -48,7 +48,7 @@ def read(file: Path) -> Told:
 
 def read_moment(file: Path) -> Moment:
     """The same, for a series. Raises Unreadable."""
-    with limited_memory(file):
+    with limited_resources(file):
         data = read_regular(file)
         name, (root, appended) = file.name, _parts(data)
         top = parsed(name, root, "VTKFile")

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Moment, again, moment, told
 from softmark.interpreter.models.results.told import Floats, Ints, Told
-from softmark.memory_limits import FACTOR, FLOOR, limited_memory
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
+from softmark.resource_limits import FACTOR, FLOOR, limited_resources
 from softmark.safe_files import read_regular
 
 TAG = 0x00464542  # FEB
@@ -96,7 +96,7 @@ class Chunk:
 
 def read(file: Path) -> Told:
     """All states that converged. Raises Unreadable."""
-    with limited_memory(file):
+    with limited_resources(file):
         data = memoryview(read_regular(file))
         order = {TAG.to_bytes(4, "little"): "<", TAG.to_bytes(4, "big"): ">"}.get(bytes(data[:4]))
         if order is None:

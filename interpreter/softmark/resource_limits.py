@@ -1,8 +1,11 @@
-"""Memory for readers of files, which grows with the file whatever its header promises, and the memory that is free."""
+"""Memory and time for readers of files, which grow with the file whatever it promises, and the memory that is free."""
 
 from __future__ import annotations
 
+import functools
 import os
+import threading
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,6 +15,10 @@ if TYPE_CHECKING:
 
 FACTOR = 200  # bytes of memory for a byte of a file: texts of numbers take up to 60 of them in Python's lists
 FLOOR = 1 << 30  # bytes for any file, and for the modules that its reader imports
+PATIENCE, PACE = (
+    10.0,
+    5e-6,
+)  # s of the processor for any file, and for a byte of it: texts of numbers take a fifth of that
 SHARE = 0.5  # of the free memory, for the largest of files
 GROUP = Path("/sys/fs/cgroup")
 LIMITS = (  # of a container and what it uses, by versions of the interface
@@ -20,25 +27,78 @@ LIMITS = (  # of a container and what it uses, by versions of the interface
 )
 
 
+class TooSlow(Exception):
+    """Reading a file takes longer than its size can need."""
+
+    def __init__(self) -> None:
+        super().__init__("reading it takes longer than its size can need: it is damaged, or of another format")
+
+
 @contextmanager
-def limited_memory(path: Path, size: int | None = None) -> Iterator[None]:
-    """Limit the address space of this process while a file is read.
+def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
+    """Limit the memory of this process and the time of this thread while a file is read.
 
     The limit is what the process has, and beyond it 1 GiB and 200 times the size of the file, though no more than
     half of the free memory. `size` in bytes is that of all files of a series. A header that promises more than the file
     holds, and a small file that unpacks to a large one, then end in a MemoryError instead of a machine without memory.
-    Where the system has no such limits, or sets a lower one, nothing changes.
+    Where the system has no such limits, or sets a lower one, memory is not limited.
+
+    The time is 8 s of the processor and 2 s for each MB; what takes longer ends in TooSlow, as soon as Python code
+    runs again.
     """
+    try:
+        long = path.stat().st_size if size is None else size
+    except OSError:
+        long = 0
+    with _limited_time(PATIENCE + PACE * long), _limited_memory(long):
+        yield
+
+
+@contextmanager
+def _limited_time(seconds: float) -> Iterator[None]:
+    """Raise TooSlow in this thread after so much time of its own; a limit within another changes nothing."""
+    if getattr(_timed, "within", False):
+        yield
+        return
+    import ctypes
+
+    clock = time.pthread_getcpuclockid(threading.get_ident()) if hasattr(time, "pthread_getcpuclockid") else None
+    used = time.monotonic if clock is None else functools.partial(time.clock_gettime, clock)
+    thread, began, ended = ctypes.c_ulong(threading.get_ident()), used(), threading.Event()
+    lock = threading.Lock()
+
+    def watch() -> None:
+        while not ended.wait(max(0.01, left := began + seconds - used())):
+            with lock:
+                if left <= 0.0 and not ended.is_set():
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(TooSlow))
+                    return
+
+    threading.Thread(target=watch, daemon=True).start()
+    _timed.within = True
+    try:
+        yield
+    finally:
+        _timed.within = False
+        with lock:
+            ended.set()  # from now on nothing is raised; what was not raised yet is taken back
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
+
+
+_timed = threading.local()
+
+
+@contextmanager
+def _limited_memory(size: int) -> Iterator[None]:
     try:
         import resource
 
         has = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-        wanted = FLOOR + FACTOR * (path.stat().st_size if size is None else size)
     except (ImportError, OSError):
         yield
         return
-    limit = has + int(min(wanted, max(FLOOR, SHARE * available())))
+    limit = has + int(min(FLOOR + FACTOR * size, max(FLOOR, SHARE * available())))
     if soft != resource.RLIM_INFINITY and soft <= limit:
         yield
         return

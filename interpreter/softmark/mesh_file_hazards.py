@@ -1,6 +1,7 @@
-"""Formats of meshes whose files may name other files, found before a reader that follows such names is asked.
+"""Meshes that are refused before another library reads them: what they would make it do is not reading that file.
 
-meshio opens whatever path an XDMF file names, and HDF5 follows its links itself.
+meshio opens whatever path an XDMF file names, HDF5 follows its links itself, and the time that meshio takes for VTU
+grows with the square of the tags of appended data.
 Source: XDMF Model and Format (xdmf.org); HDF5 File Format Specification, section IV.A (hdfgroup.org).
 """
 
@@ -16,19 +17,21 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
 if TYPE_CHECKING:
     from pathlib import Path
 
-XDMF = (".xdmf", ".xmf")
+XDMF, VTU = (".xdmf", ".xmf"), ".vtu"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 ELSEWHERE = "its numbers lie in another file, which the scene does not name"
 MOST = 100_000  # objects of an HDF5 file that are looked at
 
 
-def names_other_files(path: Path) -> str:
-    """Return why a mesh is refused whose numbers lie in other files; empty where it has all of them itself.
+def hazard_of(path: Path) -> str:
+    """Return why a mesh is refused: its numbers lie in other files, or it has more than it may; empty of others.
 
     Raises OSError.
     """
     if path.suffix.lower() in XDMF:
         return ELSEWHERE if _is_external(read_regular(path)) else ""
+    if path.suffix.lower() == VTU and read_regular(path).count(b"<AppendedData") > 1:
+        return "it has appended data more than once"
     with open_regular(path) as file:
         if file.read(len(HDF5)) != HDF5:
             return ""
