@@ -15,10 +15,7 @@ if TYPE_CHECKING:
 
 FACTOR = 200  # bytes of memory for a byte of a file: texts of numbers take up to 60 of them in Python's lists
 FLOOR = 1 << 30  # bytes for any file, and for the modules that its reader imports
-PATIENCE, PACE = (
-    10.0,
-    5e-6,
-)  # s of the processor for any file, and for a byte of it: texts of numbers take a fifth of that
+PATIENCE, PACE = 8.0, 2e-6  # s of the processor for any file, and for each of its bytes
 SHARE = 0.5  # of the free memory, for the largest of files
 GROUP = Path("/sys/fs/cgroup")
 LIMITS = (  # of a container and what it uses, by versions of the interface
