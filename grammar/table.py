@@ -125,9 +125,17 @@ def _cache_path() -> Path | None:
     return root / "softmark" / f"grammar-{digest}.json"
 
 
+def _checksum(text: bytes) -> bytes:
+    """The CRC-32 of a table's text, which stands before it: a disk may damage a file so that it is JSON still."""
+    return f"{crc32(text):08x}".encode()
+
+
 def _read(path: Path) -> ParseTable | None:
     try:
-        raw = json.loads(path.read_text("utf-8"))
+        checksum, _, text = path.read_bytes().partition(b"\n")
+        if checksum != _checksum(text):
+            return None
+        raw = json.loads(text)
         rules = [Rule(**rule) for rule in raw["rules"]]
         terminals = [Terminal(**terminal) for terminal in raw["terminals"]]
         return ParseTable(raw["states"], rules, raw["starts"], raw["ends"], terminals)
@@ -141,8 +149,9 @@ def _write(path: Path, table: ParseTable) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name)
         try:
-            with open(handle, "w", encoding="utf-8") as file:
-                json.dump(asdict(table), file)
+            text = json.dumps(asdict(table)).encode()
+            with open(handle, "wb") as file:
+                file.write(_checksum(text) + b"\n" + text)
             os.replace(draft, path)
         except OSError:
             os.unlink(draft)

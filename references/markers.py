@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
@@ -21,6 +22,8 @@ from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredPoints, Unreadable, Vector
 from softmark.references.reference import How, Reference
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import open_regular
 
 if TYPE_CHECKING:
     import numpy as np
@@ -157,10 +160,10 @@ def read_table(file: Path) -> MarkerTable:
     import csv
 
     try:
-        with file.open(newline="", encoding="utf-8-sig") as lines:
+        with limited_resources(file), TextIOWrapper(open_regular(file), encoding="utf-8-sig", newline="") as lines:
             rows = [[text.strip() for text in row] for row in csv.reader(lines)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise Unreadable(file.name, f"it cannot be read ({error})", "give a CSV file in UTF-8") from None
+    except (OSError, UnicodeDecodeError, csv.Error, MemoryError) as error:
+        raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", "give a CSV file in UTF-8") from None
     at = next((i for i, row in enumerate(rows) if set(REST) <= {c.lower() for c in row}), None)
     if at is None:
         raise Unreadable(file.name, "it has no header with x0, y0, z0, the positions at rest",

@@ -15,6 +15,7 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
+from softmark.safe_files import open_regular
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,7 +49,7 @@ UNPACK = "unpack it, and name the file that comes of it"
 
 def must_be_unpacked(file: Path) -> None:
     """Raises Unreadable where a file begins as compressed ones do (gzip, RFC 1952), and OSError where none is there."""
-    with file.open("rb") as opened:
+    with open_regular(file) as opened:
         if opened.read(2) == b"\x1f\x8b":
             raise Unreadable(file.name, "it is compressed", UNPACK)
 

@@ -6,14 +6,14 @@ import importlib
 import math
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
-from io import StringIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+from softmark.mesh_file_hazards import hazard_of
 from softmark.records import dataclass
 from softmark.references.data import find, source_of
 from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
-from softmark.references.rationing import rationed, reason_of
 from softmark.references.reference import How, Reference
 from softmark.references.registration import Registration, face_to_face, icp
 from softmark.references.surfaces import (
@@ -26,6 +26,8 @@ from softmark.references.surfaces import (
     unit_normals,
     used,
 )
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import open_regular, read_regular
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,6 +41,7 @@ else:
 
 ABSURD = 1e50  # m: areas of larger triangles leave the range of numbers
 TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
+VOLUMES = frozenset({"tetgen", "dolfin-xml"})  # which lie in several files
 UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
 
 FLAT = 0.99  # |sum of area vectors| / area of a face that counts as flat: normals within some 8 degrees
@@ -221,7 +224,7 @@ def _complete(file: Path) -> None:
     """Refuse an empty file, and a binary STL that is shorter than its header says. Raises Unreadable."""
     try:
         size = file.stat().st_size
-        with file.open("rb") as data:
+        with open_regular(file) as data:
             head = data.read(84)
     except OSError as error:
         raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "see that it can be opened") from None
@@ -243,8 +246,9 @@ def _by_trimesh(file: Path) -> tuple[Any, Any]:
     level = log.level
     log.setLevel("CRITICAL")  # a missing texture is nobody's concern here
     try:
-        with rationed(file), file.open("rb") as data:  # a stream: materials that the file names elsewhere stay unread
-            mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False)
+        with limited_resources(file):  # without a name and a path: materials in other files stay unread
+            data = BytesIO(read_regular(file))
+            mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False, skip_materials=True)
     except Exception as error:  # its readers raise what they like
         reason = f"trimesh cannot read it ({reason_of(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
@@ -271,16 +275,20 @@ _TRIANGLES = {
 
 def _meshio(file: Path) -> Any:
     """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
-    if file.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in file.read_bytes().lower():
-        raise Unreadable(file.name, "its numbers lie in another file, which the scene does not name",
-                         "write it as STL, OBJ, PLY or VTK")  # fmt: skip
+    try:
+        with limited_resources(file):
+            elsewhere = hazard_of(file)
+    except Exception as error:  # the readers of HDF5 raise what they like
+        elsewhere = f"it cannot be read ({reason_of(error)})"
+    if elsewhere:
+        raise Unreadable(file.name, elsewhere, "write it as STL, OBJ, PLY or VTK")
     meshio = importlib.import_module("meshio")
     kinds = meshio.extension_to_filetypes.get(file.suffix.lower(), [None])  # None: let meshio say it
     reasons = []
-    for kind in (k for k in kinds if k not in UNENDING):
+    for kind in (k for k in kinds if k not in UNENDING | VOLUMES):
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), rationed(file):
+            with redirect_stdout(said), redirect_stderr(said), limited_resources(file):
                 return meshio.read(file, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")

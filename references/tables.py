@@ -15,6 +15,7 @@ from pathlib import Path
 
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
+from softmark.safe_files import read_regular
 
 SEPARATORS = (",", ";", "\t")
 BEFORE = 1000  # lines, among which the header is looked for
@@ -77,11 +78,11 @@ def header(file: Path) -> tuple[str, ...]:
 
 def _text(file: Path) -> str:
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = read_regular(file).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise Unreadable(file.name, "it is no text in UTF-8", "save it as CSV in UTF-8") from None
     except OSError as error:
-        raise Unreadable(file.name, f"it cannot be read ({error})", "give a CSV file in UTF-8") from None
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "give a CSV file in UTF-8") from None
     if "\0" in text:
         raise Unreadable(file.name, "it is no text", "save it as CSV in UTF-8")
     return text
@@ -91,10 +92,10 @@ def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list
     """The separator, the header and the rows below it."""
     likely: list[str] = []
     for separator in SEPARATORS:
-        rows = _rows(name, text, separator)
+        rows = _rows(name, text, separator, BEFORE)
         at = next((i for i, (_, fields) in enumerate(rows) if set(asked) <= set(fields)), None)
         if at is not None:
-            return separator, rows[at][1], rows[at + 1 :]
+            return separator, rows[at][1], _rows(name, text, separator)[at + 1 :]
         likely = max(likely, _header(rows), key=len)
     lacking = next((column for column in asked if column not in likely), asked[0])
     listed = ", ".join(f"`{c}`" for c in likely[:SHOWN]) + (" and others" if len(likely) > SHOWN else "")
@@ -102,14 +103,18 @@ def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list
     raise Unreadable(name, f"it has no column `{lacking}`", help)
 
 
-def _rows(name: str, text: str, separator: str) -> list[Row]:
+def _rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
+    """The rows that are not empty, of all lines or of the first so many."""
     import csv
 
     reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
     try:
         begins, rows = 1, []
         for fields in reader:
-            rows.append((begins, [field.strip() for field in fields]))
+            if most is not None and reader.line_num > most:
+                break
+            if any(fields):
+                rows.append((begins, [field.strip() for field in fields]))
             begins = reader.line_num + 1  # a row goes over several lines where a quote is not closed
         return rows
     except csv.Error as error:

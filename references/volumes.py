@@ -6,14 +6,15 @@ A voxel stands for its centre. Readers are imported when a file needs them; one 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable, Vector
-from softmark.references.rationing import rationed, reason_of
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import UnsafeFile, open_regular, path_within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,6 +27,7 @@ else:
 
 EXTRA = 'run `pip install "softmark[imaging]"`'
 UNITS = {"m": 1.0, "meter": 1.0, "cm": 1e-2, "mm": 1e-3, "millimeter": 1e-3, "um": 1e-6, "micron": 1e-6, "μm": 1e-6}
+MOST_SLICES = 5000  # files of a series
 EQUAL = 1e-2  # share of the spacing by which slices may lie apart from equally spaced ones
 
 
@@ -59,16 +61,15 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     """
     read = _reader(file)
     try:
-        with nullcontext() if read is _dicom else rationed(file):  # a series is many files
+        with nullcontext() if read in (_dicom, _nrrd) else limited_resources(file):  # these are of several files
             volume = read(file, spacing, unit)
+        volume = _checked(file.name, _spaced(volume, spacing))
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
         reason = f"it cannot be read ({reason_of(error)})"
         raise Unreadable(file.name, reason, "write the file again") from None
-    if spacing is not None:
-        volume = _spaced(volume, spacing)
-    return _checked(file.name, volume)
+    return volume
 
 
 def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVolume]:
@@ -86,18 +87,26 @@ def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
     if spacing is None:
         raise Unreadable(file.name, "a NumPy file does not say how large its voxels are",
                          "give `spacing`, such as `spacing = (0.425 mm, 0.425 mm, 0.62 mm)`")  # fmt: skip
-    found = np.load(file, allow_pickle=False)
-    if isinstance(found, np.ndarray):
-        return VoxelVolume(found, np.diag(spacing), np.zeros(3))
-    if len(found.files) != 1:
-        reason = f"it holds {len(found.files)} arrays ({', '.join(found.files)})"
-        raise Unreadable(file.name, reason, "keep the voxels alone in it")
-    return VoxelVolume(found[found.files[0]], np.diag(spacing), np.zeros(3))
+    with open_regular(file) as opened:
+        found = np.load(opened, allow_pickle=False)
+        if isinstance(found, np.ndarray):
+            return VoxelVolume(found, np.diag(spacing), np.zeros(3))
+        if len(found.files) != 1:
+            reason = f"it holds {len(found.files)} arrays ({', '.join(found.files[:12])})"
+            raise Unreadable(file.name, reason, "keep the voxels alone in it")
+        return VoxelVolume(found[found.files[0]], np.diag(spacing), np.zeros(3))
 
 
 def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
-    _alone(file)
-    values, header = imported("nrrd", file.name).read(str(file))
+    nrrd = imported("nrrd", file.name)
+    with open_regular(file) as opened:
+        with limited_resources(file):
+            header = nrrd.read_header(opened)
+            data = _data_file(file, header)
+        size = sum(one.stat().st_size for one in (file, data) if one is not None)
+        own = {key: value for key, value in header.items() if key not in ("datafile", "data file")}
+        with limited_resources(file, size):
+            values = nrrd.read_data({**own, "data file": str(data)} if data else own, opened, str(file))
     if "space directions" in header:
         axes = np.asarray(header["space directions"], dtype=float).T
         said = header.get("space units", header.get("units"))
@@ -112,16 +121,21 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume
     return VoxelVolume(values, length * axes, length * origin)
 
 
-def _alone(file: Path) -> None:
-    """Refuse a header whose voxels lie in a file outside its own folder. Raises Unreadable."""
-    with file.open("rb") as lines:
-        head = lines.read(1 << 16).split(b"\n\n", 1)[0].decode("ascii", errors="replace")
-    for line in head.splitlines():
-        key, _, value = line.partition(":")
-        place = Path(value.strip())
-        if key.strip().lower().replace(" ", "") == "datafile" and place.name != str(place):
-            reason = f"its voxels lie in {place}, outside its own folder"
-            raise Unreadable(file.name, reason, "put the two files side by side")
+def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
+    """The file beside an NRRD header in which its voxels lie, None where they follow the header. Raises Unreadable.
+
+    Source: Definition of NRRD File Format (teem.sourceforge.net/nrrd/format.html), section 6.
+    """
+    told = header.get("datafile", header.get("data file"))
+    if told is None:
+        return None
+    if told.partition(" ")[0] == "LIST" or "%" in told:
+        raise Unreadable(file.name, "its voxels lie in several files", "write them into one")
+    try:
+        return path_within(file.parent, told)
+    except UnsafeFile as error:
+        reason = f"its voxels lie in {told[:80]}, and {error.strerror}"
+        raise Unreadable(file.name, reason, "put the two files side by side") from None
 
 
 def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
@@ -142,7 +156,13 @@ def _length(name: str, said: Iterable[str] | None) -> float:
 
 def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     """The series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
-    slices = _series(file)
+    with limited_resources(file, sum(one.stat().st_size for one in _slices(file))):
+        return _of_slices(file, _series(file))
+
+
+def _of_slices(file: Path, slices: list[Any]) -> VoxelVolume:
+    if not slices:
+        raise Unreadable(file.name, "it belongs to no series of slices", "name a slice, or the folder of a series")
     across, down = (np.asarray(slices[0].ImageOrientationPatient, dtype=float)[k : k + 3] for k in (0, 3))
     places = np.array([s.ImagePositionPatient for s in slices], dtype=float)
     order = np.argsort(places @ np.cross(across, down))
@@ -157,19 +177,37 @@ def _series(file: Path) -> list[Any]:
     """The slices of one series: of the file named, or the only one of the folder. Raises Unreadable."""
     pydicom = imported("pydicom", file.name)
     found: dict[str, list[Any]] = {}
-    for one in sorted((file if file.is_dir() else file.parent).iterdir()):
+    for one in _slices(file):
         try:
-            slice_ = pydicom.dcmread(one)
+            with open_regular(one) as opened:
+                slice_ = pydicom.dcmread(opened)
         except (pydicom.errors.InvalidDicomError, OSError):
             continue  # what else lies in the folder
         if hasattr(slice_, "ImagePositionPatient") and "PixelData" in slice_:
             found.setdefault(str(slice_.SeriesInstanceUID), []).append(slice_)
-    if file.is_file():
-        return found.get(str(getattr(pydicom.dcmread(file), "SeriesInstanceUID", "")), [])
+    if not file.is_dir():
+        with open_regular(file) as opened:
+            return found.get(str(getattr(pydicom.dcmread(opened), "SeriesInstanceUID", "")), [])
     if len(found) != 1:
         reason = f"the folder holds {len(found)} DICOM series"
         raise Unreadable(file.name, reason, "name a folder with one, or one file of the series")
     return next(iter(found.values()))
+
+
+def _slices(file: Path) -> list[Path]:
+    """The regular files of a series' folder, in the order of their names, each within it. Raises Unreadable."""
+    folder = file if file.is_dir() else file.parent
+    found: list[Path] = []
+    for one in sorted(folder.iterdir()):
+        try:
+            path_within(folder, one.name)
+        except OSError:
+            continue  # folders, pipes, and links to elsewhere
+        found.append(one)
+    if len(found) > MOST_SLICES:
+        reason = f"its folder holds {len(found)} files, and {MOST_SLICES} are read"
+        raise Unreadable(file.name, reason, "give the series a folder of its own")
+    return found
 
 
 def _step(name: str, places: Array) -> Array:
@@ -201,8 +239,10 @@ _READERS: dict[str, Callable[[Path, Vector | None, float | None], VoxelVolume]] 
 }
 
 
-def _spaced(volume: VoxelVolume, spacing: Vector) -> VoxelVolume:
-    """The volume with voxels of another size, along the axes that it has."""
+def _spaced(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
+    """The volume with voxels of another size, where one is given, along the axes that it has."""
+    if spacing is None:
+        return volume
     lengths = np.linalg.norm(volume.axes, axis=0)
     return VoxelVolume(volume.values, volume.axes / lengths * np.asarray(spacing), volume.origin)
 

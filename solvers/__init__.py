@@ -1,6 +1,6 @@
 """Numerics over plain arrays, usable alone; in rooms, each of which imports only those before it (tests/test_rooms.py).
 
-    base       kernels on disk, late imports, threads, memory
+    base       kernels on disk, late imports, threads
     materials  laws: psi(F), P, dP/dF
     elements   reference cells: shape functions, quadrature, facets
     mesh       points and cells, shapes, files, what elements make of a mesh

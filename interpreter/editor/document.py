@@ -23,7 +23,7 @@ from softmark.interpreter.language.parameters import evaluate
 from softmark.interpreter.language.scene import Scene
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.interpreter.language.scope import Scope
-from softmark.interpreter.language.sources import ModuleTable
+from softmark.interpreter.language.sources import LARGEST, ModuleTable
 
 CHECKING = threading.RLock()  # one check at a time
 
@@ -55,15 +55,20 @@ class Document:
         """The text as messages know it."""
         return Source(str(self.file) if self.file else "<text>", self.text)
 
+    @property
+    def is_too_large(self) -> bool:
+        """Whether the text is larger than that of a scene may be: it is refused, and nothing else is looked for."""
+        return len(self.text) > LARGEST
+
     @cached_property
     def tokens(self) -> list[Token]:
         """Its words, also those that fit no terminal."""
-        return lex(self.text).tokens
+        return [] if self.is_too_large else lex(self.text).tokens
 
     @property
     def comments(self) -> list[Comment]:
         """All of its comments."""
-        return lex(self.text).comments
+        return [] if self.is_too_large else lex(self.text).comments
 
     @cached_property
     def tree(self) -> Tree:

@@ -26,6 +26,7 @@ from softmark.interpreter.language.sources import named
 from softmark.interpreter.report.run.tables.vouching import beside
 from softmark.interpreter.results.report import SCHEMA, MetricResult, ModelResult
 from softmark.interpreter.results.stated import StatedError
+from softmark.safe_files import read_regular
 from softmark.scenes import ROOT
 
 ABOVE = 6  # folders above that of a scene, up to the one that an editor has open
@@ -260,10 +261,10 @@ def _is_of(scene: Path, folder: Path, file: str) -> bool:
 def _read(file: Path, written: int, size: int) -> Json | None:
     """A report as it was at a time; None of what is none."""
     try:
-        report = json.loads(file.read_bytes())
+        report = json.loads(read_regular(file, LARGEST))
         whole = report["schema"] == SCHEMA and isinstance(report["scene"], dict)
         return report if whole and all(isinstance(report[k], t) for k, t in PARTS.items()) else None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 

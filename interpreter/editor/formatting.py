@@ -7,11 +7,14 @@ from lsprotocol import types
 from softmark.grammar.print import CannotFormat, format_source
 from softmark.interpreter.editor.document import Document
 from softmark.interpreter.editor.refused import Refused
+from softmark.interpreter.language.sources import LARGEST
 
 
 def formatted(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
     """One change from the first line to the last that differ; a text with errors of syntax is left alone. Raises
     Refused, with the first of them."""
+    if document.is_too_large:
+        raise Refused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
     try:
         new = format_source(document.source)
     except CannotFormat as problem:

@@ -14,8 +14,10 @@ from importlib import import_module
 from typing import Any, BinaryIO, NamedTuple
 
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, lsp_method
+from pygls.protocol.json_rpc import JsonRPCNotification
 
 from softmark import __version__
 from softmark.interpreter.editor import colouring, fixing
@@ -75,6 +77,15 @@ class Protocol(LanguageServerProtocol):
         self._server.opened.plugins.configure(params.initialization_options)
         self._server.opened.plugins.load()
         return answer
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """A message of the client; a request whose parameters are none of its method is answered with that error."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as error:
+            if "method" in data and isinstance(data.get("id"), int | str):
+                self._send_response(data["id"], error=error.to_response_error())
+            return JsonRPCNotification(method="$/notRead", jsonrpc=self.VERSION, params=None)  # which nobody answers
 
     @property
     def left(self) -> bool:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark import resource_limits
 from softmark.interpreter.evidence.budget import Budget
 from softmark.interpreter.evidence.probe_answers import Floats, Remembered, Unknown
 from softmark.interpreter.language.scene import Declared, Scene
@@ -25,7 +26,6 @@ from softmark.interpreter.models.shared.pieces import typical
 from softmark.interpreter.models.shared.prepared import Moved, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
-from softmark.solvers.base import memory
 from softmark.solvers.elements import element_of
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def _must_forget(case: Case) -> None:
 
 def _must_fit(needed: float) -> None:
     """Raises Unknown where a finer space would take more than its share of the memory that is left."""
-    free = memory.available()
+    free = resource_limits.available()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
         raise Unknown(f"a finer space would take {gigabytes}")

@@ -18,6 +18,7 @@ from softmark.interpreter.exchange.record import Deck, Ended, Floats, Foreign, I
 from softmark.interpreter.exchange.units import Declared
 from softmark.interpreter.exchange.xml_words import Words, child
 from softmark.interpreter.models.results.readers.trees import ElementT, parsed
+from softmark.safe_files import read_regular
 
 KINDS = {"tet4": 4, "tet10": 10, "hex8": 8, "hex20": 20}  # whose words are ours, and their nodes
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
@@ -67,7 +68,7 @@ class _Reader:
         self.ended: list[Ended] = []
         self.below: list[str] = []  # what is smaller at the moment than it was before
         self.words = Words(path.name)
-        self.top = parsed(path.name, path.read_bytes(), "febio_spec")
+        self.top = parsed(path.name, read_regular(path), "febio_spec")
         self.left: list[Left] = []
         self.place: dict[int, int] = {}
         self.asked: set[str] = set()  # sets that something acts on

@@ -23,7 +23,7 @@ def read(path: Path, moment: float | None = None) -> Deck:
     import numpy as np
 
     from softmark.references.measured import UNPACK, Unreadable, must_be_unpacked
-    from softmark.references.rationing import rationed, reason_of
+    from softmark.resource_limits import limited_resources, reason_of
 
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -41,7 +41,7 @@ def read(path: Path, moment: float | None = None) -> Deck:
             what = "it is a folder" if path.is_dir() else "there is no such file"
             raise Unreadable(path.name, what, "name a file that is there")
         must_be_unpacked(path)
-        with rationed(path), np.errstate(all="ignore"):
+        with limited_resources(path), np.errstate(all="ignore"):
             found: Deck = own.read(path) if moment is None else own.read(path, moment)
     except (MemoryError, OSError, RecursionError) as error:
         raise Unreadable(path.name, reason_of(error), AGAIN) from None

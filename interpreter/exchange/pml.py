@@ -16,7 +16,8 @@ import numpy as np
 from softmark.interpreter.exchange.loads_of import together
 from softmark.interpreter.exchange.record import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, Part
 from softmark.interpreter.exchange.xml_words import Words
-from softmark.interpreter.models.results.readers.trees import ElementT, parsed
+from softmark.interpreter.models.results.readers.trees import ElementT, parsed, within
+from softmark.safe_files import read_regular
 
 KINDS = {"TETRAHEDRON": ("tet4", 4), "HEXAHEDRON": ("hex8", 8)}
 STRAINS = {"SMALL": "small", "LARGE": "corotational", "POLAR": "corotational"}
@@ -26,11 +27,12 @@ LIMIT = 1_000_000  # numbers of a list
 def read(path: Path) -> Deck:
     """A model and its loads. Raises Unreadable, Foreign."""
     words = Words(path.name)
-    found, place = _model(parsed(path.name, path.read_bytes(), "physicalModel"), path.name, words)
+    found, place = _model(parsed(path.name, read_regular(path), "physicalModel"), path.name, words)
     beside = path.with_suffix(".lml")
-    if beside.is_file():
+    if beside.exists():
+        beside = within(path.name, path.parent, beside.name)
         own = Words(beside.name)
-        _loads(parsed(beside.name, beside.read_bytes(), "loads"), own, found, place)
+        _loads(parsed(beside.name, read_regular(beside), "loads"), own, found, place)
     else:
         found.left.append(Left("supports and loads", f"there is no {beside.name} beside it"))
     return found

@@ -196,12 +196,14 @@ def _workers(scene: Scene) -> list[Declared]:
 
 
 def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
-    """Models or references with their cases, those without a clear body left out."""
+    """Models or references with their cases, those without a clear body of a possible shape left out."""
     for declared in scene.asked(kind).values():
         try:
-            yield declared, case_for(scene, declared)
+            case = case_for(scene, declared)
         except Fault:
             continue
+        if not case.shape.fault:  # which is reported of the body
+            yield declared, case
 
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -248,11 +250,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Doubts of models; what holds for several is said once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
-        if (
-            case.shape.fault
-            or not case.shape.meshed
-            or (_blamed(case.body, found) and case.shape.flat != bool(case.planar))
-        ):
+        if not case.shape.meshed or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
             continue  # of what is no body, no more is said
         whole = () if model.thing.read else (plane.model, _wired, _with_fibres)
         unfit = [doubt for of in whole for doubt in of(model, case)]

@@ -36,6 +36,7 @@ from softmark.interpreter.language.expressions import PREDEFINED
 from softmark.interpreter.language.plugins import FILES, Plugin, told
 from softmark.interpreter.language.schema import Vocabulary, _fields, article
 from softmark.records import dataclass
+from softmark.safe_files import open_regular
 
 EXAMPLES = "examples"  # a table of calls of its words, that `dsl conformance` tries
 GROUP = "softmark.plugins"  # of entry points
@@ -162,7 +163,8 @@ def _read(asked: str) -> Read:
     by_path = os.path.isfile(asked) or asked.endswith(".py") or os.sep in asked
     file, module = (Path(asked), "") if by_path else _of_name(asked)
     try:
-        data = file.read_bytes()[: LARGEST + 1]
+        with open_regular(file) as opened:
+            data = opened.read(LARGEST + 1)
     except OSError as error:
         said = (error.strerror or str(error)).lower()
         raise Absent(f"the plugin {asked} cannot be read: {said}", "`--plugin` takes a Python file, or the name of an "

@@ -98,7 +98,8 @@ class Expectation:
 class Made:
     """What was made of texts without an error: a variation of them makes again only what it touches.
 
-    `needs` has the names that a declaration refers to, with those that these refer to.
+    `needs` has the names that the text of a parameter or a declaration mentions: its direct dependencies only, for
+    closures of long chains would grow with the square of the text.
     """
 
     parameters: Mapping[str, Parameter]

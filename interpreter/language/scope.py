@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Remedy, did_you_mean
@@ -25,29 +26,49 @@ class Scope:
     table: ModuleTable
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
     used: set[str] = field(default_factory=set)  # full names that something refers to
-    needs: dict[str, frozenset[str]] = field(default_factory=dict)  # by name, all those that its meaning follows from
+    needs: dict[str, frozenset[str]] = field(default_factory=dict)  # by name, those that its own text mentions
     known: Made | None = None  # what was made of the same texts before, with other overrides
     touched: frozenset[str] = frozenset()  # of what was made, what means something else now: it is overridden
     _hints: int = 0  # unknown names so far
+    _mentioned: set[str] = field(default_factory=set)  # by what is being evaluated
 
     @contextmanager
     def following(self, full: str) -> Iterator[None]:
-        """What is referred to within is what a name needs."""
-        others, self.used = self.used, set()
+        """Record the names that are referred to within as the direct dependencies of a name."""
+        outer, self._mentioned = self._mentioned, set()
         try:
             yield
         finally:
-            own, self.used = self.used, others
-            self.used |= own
-            self.needs[full] = frozenset(own).union(*(self.needs.get(name, ()) for name in own))
+            self.needs[full] = frozenset(self._mentioned)
+            self._mentioned = outer
+
+    def use(self, full: str) -> None:
+        """Record that a name is referred to."""
+        self.used.add(full)
+        self._mentioned.add(full)
 
     def same(self, full: str) -> bool:
-        """Whether a name means what it meant before: neither it nor anything that it needs is touched."""
-        if self.known is None or full in self.touched or not self.touched.isdisjoint(self.known.needs[full]):
+        """Return whether a name means what it meant before: neither it nor anything that it depends on is touched."""
+        if self.known is None or full in self._affected:
             return False
         self.needs[full] = needs = self.known.needs[full]
         self.used |= needs
         return True
+
+    @cached_property
+    def _affected(self) -> set[str]:
+        """Names of what was made before that depend on a touched name, directly or not, and the touched names."""
+        dependents: dict[str, list[str]] = {}
+        for name, needs in (self.known.needs if self.known is not None else {}).items():
+            for need in needs:
+                dependents.setdefault(need, []).append(name)
+        found, waiting = set(self.touched), list(self.touched)
+        while waiting:
+            for name in dependents.get(waiting.pop(), ()):
+                if name not in found:
+                    found.add(name)
+                    waiting.append(name)
+        return found
 
     def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
         """Evaluates text of a module; `place` differs for overrides."""
@@ -74,7 +95,7 @@ class Scope:
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)
         if symbol is not None:
-            self.used.add(full)
+            self.use(full)
             return symbol
         if self.table.is_broken(full):
             raise Bad  # its own declaration is reported already

@@ -18,6 +18,7 @@ from softmark.grammar.tree import Span
 from softmark.interpreter.language.expressions import PREDEFINED, Place
 from softmark.interpreter.language.schema import Vocabulary
 from softmark.records import dataclass
+from softmark.safe_files import open_regular
 from softmark.scenes import ROOT
 
 LARGEST = 1_000_000  # bytes of a scene, and of all that it uses: texts that people write
@@ -118,7 +119,7 @@ def read(path: Path, shown: str | None = None) -> Source:
     try:
         if not os.path.isfile(path):
             raise _no_file(path, name)
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = beginning(file, name)
     except (OSError, ValueError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -47,7 +47,7 @@ def target(binder: Binder, field: Field, node: tree.Expression, place: Place, wr
     if not overrides.assigned([override], table):
         raise Bad
     owner = full if full in table.symbols else full.rpartition(".")[0]
-    binder.compiler.scope.used.add(owner)
+    binder.compiler.scope.use(owner)
     return SweepTarget(full, node.span)
 
 
@@ -81,7 +81,9 @@ def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) 
         raise place.fail("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
     names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
     table = binder.compiler.table
-    binder.compiler.scope.used.update(n for n in names if n in table.symbols)
+    for name in names:
+        if name in table.symbols:
+            binder.compiler.scope.use(name)
     known: tuple[tree.Expression, tuple[Variant, ...]] | None = table.listed.get(id(node))
     if known is None or known[0] is not node:  # as in a copy of the table, where numbers are those of other lists
         # every value is tried by compiling the scene, its list with it, once more

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-from contextlib import redirect_stderr, redirect_stdout
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from softmark.interpreter.vocabulary.fields import Field
 from softmark.records import dataclass
 from softmark.references.data import find
 from softmark.references.measured import Frame, Unreadable
-from softmark.references.rationing import rationed, reason_of
+from softmark.resource_limits import reason_of
 from softmark.solvers.materials.varying import with_constants
 
 Floats = NDArray[np.float64]
@@ -137,18 +135,16 @@ def _image(field: Field, file: Path) -> Image:
 
 
 def _mesh(field: Field, file: Path) -> OnMesh:
-    import meshio
-
     from softmark.solvers.elements import ELEMENTS
+    from softmark.solvers.mesh.files.reading import UnreadableMesh, parsed
     from softmark.solvers.mesh.mesh import Mesh
 
     if field.length is None:
         raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
-    with rationed(file), redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-        try:
-            read = meshio.read(file)
-        except SystemExit:  # meshio's way to say that a reader failed
-            raise Unreadable(file.name, "it cannot be read as what its name says", "write the file again") from None
+    try:
+        read = parsed(file)
+    except UnreadableMesh as error:
+        raise Unreadable(file.name, str(error), error.remedy or "write the file again") from None
     known = {element.meshio: name for name, element in reversed(ELEMENTS.items()) if element.family != "plane"}
     blocks = [i for i, block in enumerate(read.cells) if block.type in known]
     kinds = {read.cells[i].type for i in blocks}

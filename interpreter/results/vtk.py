@@ -21,6 +21,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.results.files import folder_within, replace, replacing
 from softmark.interpreter.results.report import ModelResult, ReferenceResult, Report, SeenSurface
 from softmark.solvers.elements import element_of
 
@@ -39,8 +40,7 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     a file for each that has an answer, with the value of the state in place of the time.
     Raises OSError; UnknownElement for a kind of cell that is none.
     """
-    target = Path(folder) / "vtu"
-    target.mkdir(parents=True, exist_ok=True)
+    target = folder_within(Path(folder), "vtu")
     written: list[Path] = []
     taken: set[str] = set()
     for outcome in report.outcomes:
@@ -181,10 +181,10 @@ def _series(
         for t, file in zip(times, files, strict=True)
     )
     collection = target / f"{name}.pvd"
-    collection.write_text(
+    replace(
+        collection,
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n'
         f"  <Collection>\n{entries}  </Collection>\n</VTKFile>\n",
-        encoding="utf-8",
     )
     return [collection, *files]
 
@@ -194,5 +194,6 @@ def _write(
     of_cells: Mapping[str, Floats] | None = None,
 ) -> Path:  # fmt: skip
     known = {name: [values] for name, values in (of_cells or {}).items()}
-    meshio.Mesh(X, list(cells), point_data=data, cell_data=known).write(path)
+    with replacing(path) as part:
+        meshio.Mesh(X, list(cells), point_data=data, cell_data=known).write(part)
     return path

@@ -126,6 +126,7 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
     configurations = expand(subjects, asked)
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: c.task for c in configurations if c.reason is None}
+        request.say("journal", journal.remark)
         _refuse_mixing(journal, tasks, request)
         done = _Done(journal, frozenset(tasks))
         request.saying(done.words)

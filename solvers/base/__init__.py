@@ -1,1 +1,1 @@
-"""What all rooms stand on: kernels kept on disk, late imports, threads, memory. Nothing of mechanics."""
+"""What all rooms stand on: kernels kept on disk, late imports, threads. Nothing of mechanics."""

@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import numpy as np
 from scipy import sparse
 
+from softmark import resource_limits as memory
 from softmark.records import dataclass
-from softmark.solvers.base import ahead, memory
+from softmark.solvers.base import ahead
 from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.banded import NEUTRAL, NegativePivot, banded

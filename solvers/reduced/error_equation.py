@@ -10,7 +10,6 @@ Hesthaven, Rozza and Stamm (2016), "Certified Reduced Basis Methods", section 4.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np

@@ -25,8 +25,9 @@ import guard
 GUIDED = __name__ == "__main__" and not any(os.path.isfile(a) for a in sys.argv[1:])
 with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.report.compare.changes import changes_table
+    from softmark.interpreter.results.authentication import code_of
     from softmark.interpreter.study.analysis import changes, quality
-    from softmark.interpreter.study.workers.journal import Journal, JournalRefused
+    from softmark.interpreter.study.workers.journal import CODE, SCHEMA, Journal, JournalRefused, _text
 
 SPREAD = {"median": 1.0, "q1": 0.9, "q3": 1.2, "min": 0.8, "max": 2.0, "runs": 5}
 MODEL = {
@@ -126,13 +127,22 @@ def compare(data: bytes, folder: Path) -> str:
     return "compared"
 
 
+def _signed(line: bytes) -> bytes:
+    """The line as this user would have written it, so that its values are read."""
+    try:
+        entry = json.loads(line)
+        return _text({**entry, CODE: code_of(SCHEMA, _text(entry))}) if "schema" not in entry else line
+    except (ValueError, RecursionError, TypeError):
+        return line
+
+
 def resume(data: bytes, folder: Path) -> str:
     """What a journal tells, and that it can be gone on with."""
     from softmark.interpreter.study.compare import ACCURACY, TIMING, ComparisonRequest, _accuracy, _Done, _sound
     from softmark.interpreter.study.expansion.outcome import PointTask
 
     path = folder / "journal.jsonl"
-    path.write_bytes(data)
+    path.write_bytes(b"\n".join(map(_signed, data.split(b"\n"))))
     (folder / "journal.lock").unlink(missing_ok=True)
     try:
         with Journal.open(folder) as journal:

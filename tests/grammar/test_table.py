@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -44,7 +43,20 @@ def test_a_broken_file_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     path.parent.mkdir()
     path.write_text(content)
     found = table.load.__wrapped__()
-    assert json.loads(path.read_text())["states"] == found.states
+    assert table._read(path) == found
+
+
+def test_a_table_that_a_disk_has_damaged_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One digit is another, and the file is JSON still: its checksum says so."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    path = table._cache_path()
+    assert path is not None
+    table._write(path, table.make())
+    data = path.read_bytes()
+    at = next(i for i in range(len(data) // 2, len(data)) if data[i : i + 1] in b"123")
+    path.write_bytes(data[:at] + b"4" + data[at + 1 :])
+    assert table._read(path) is None
+    assert table.load.__wrapped__() == table._read(path)
 
 
 def test_without_a_place_to_write_the_table_is_made_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.front.load import checked
+from softmark.interpreter.language import sources
 from softmark.interpreter.language.expressions import PREDEFINED, Quantity
 from softmark.interpreter.language.scene import Scene
+from softmark.safe_files import open_regular
 
 GEL = "material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
 BEAM = f"""{GEL}body beam = solid(cylinder(length = 200 mm, radius = 20 mm), gel)
@@ -316,8 +318,7 @@ def test_nothing_else_is_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """A check opens the files that `use` names and no others: meshes are looked for, and not read."""
     (folder / "beam.msh").write_bytes(b"\0" * 100)
     read: list[str] = []
-    original = Path.open
-    monkeypatch.setattr(Path, "open", lambda self, *how: (read.append(self.name), original(self, *how))[1])
+    monkeypatch.setattr(sources, "open_regular", lambda path: (read.append(path.name), open_regular(path))[1])
     valid('use "lib/base.scene" as base\nshape s = mesh("beam.msh", unit = 1 mm)\n', folder=folder)
     assert read == ["base.scene"]
 

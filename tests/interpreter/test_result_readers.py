@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import struct
@@ -152,11 +153,11 @@ FLAWS = {  # the file, and what must be said of it
     "word.csv": (b"X,Y,Z,ux,uy,uz\n0,0,0,1,1,1\n0,0,0,nan,1,1\n", "line 3, column `ux`: `nan` is no number"),
     "order.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n1,0,0,1,1,1,1\n", "say where points lie at rest"),
     "count.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n0,0,0,1,1,1,1\n1,0,0,0,1,1,1\n", "2 points, moment 1 after it 1"),
-    "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu` lies outside the folder"),
-    "absolute.pvd": (made.pvd("/etc/passwd"), "`/etc/passwd` lies outside the folder"),
+    "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu`, and that lies outside the folder"),
+    "absolute.pvd": (made.pvd("/etc/passwd"), "`/etc/passwd`, and that lies outside the folder"),
     "missing.pvd": (made.pvd("no.vtu"), "it names `no.vtu`, and there is no such file"),
     "parts.pvtu": (made.pvtu("a.vtu", "b.vtu"), "its mesh is in 2 parts"),
-    "outside.pvtu": (made.pvtu("../x.vtu"), "`../x.vtu` lies outside the folder"),
+    "outside.pvtu": (made.pvtu("../x.vtu"), "`../x.vtu`, and that lies outside the folder"),
     "itself.pvd": (made.pvd("itself.pvd"), "a series is of .vtu files"),
     "none.pvd": (made.pvd(), "it has no results"),
     "outside.xdmf": (made.xdmf().replace(b'"XML">', b'"HDF">../x.h5:/u ', 1), "lies outside"),
@@ -334,6 +335,6 @@ def test_a_file_that_may_not_be_read_is_said(tmp_path: Path, monkeypatch: pytest
         raise PermissionError(13, "Permission denied")
 
     (tmp_path / "theirs.csv").write_text("X,Y,Z,ux,uy,uz\n0,0,0,0,0,0\n")
-    monkeypatch.setattr(Path, "open", denied)
+    monkeypatch.setattr(os, "open", denied)
     with pytest.raises(Unreadable, match=r"it cannot be read .*Permission denied"):
         read(tmp_path / "theirs.csv")

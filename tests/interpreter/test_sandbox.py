@@ -30,6 +30,7 @@ own += [Path(p) for p in sys.path if p]
 own += [Path(p) for part in parts for p in part.__path__]
 allowed = {str(p.resolve()) for p in own}
 cache = os.path.realpath(os.path.join(os.environ["XDG_CACHE_HOME"], "softmark"))  # of the grammar's tables
+free = ("/proc/self/statm", "/proc/meminfo", "/sys/fs/cgroup/")  # what says how much memory readers may take
 writes = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 NEVER = ("socket.", "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.fork", "os.spawn", "urllib.",
          "ctypes.dlopen", "os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.chmod", "os.symlink", "os.link",
@@ -51,7 +52,7 @@ def hook(event, arguments):
             broken.append((event, *map(str, arguments)))
         elif event == "open" and isinstance(arguments[0], (str, bytes)):
             path, _, flags = arguments
-            if path in (os.devnull, "/proc/self/statm"):  # the memory that this process has, which readers ration
+            if path == os.devnull or os.fsdecode(path).startswith(free):
                 return
             if os.fsdecode(path).startswith(cache):
                 return

@@ -203,7 +203,7 @@ def test_a_finer_space_is_solved_in_what_bends_too() -> None:
 @SLOW
 def test_a_finer_space_that_does_not_fit_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """With 10 MB left: eight-fold hexahedra take 20 (3 * 8)^2 bytes each, and coarser meshes tell instead."""
-    from softmark.solvers.base import memory
+    from softmark import resource_limits as memory
     from softmark.solvers.mesh import refine
 
     def unasked(*_: Any) -> Any:

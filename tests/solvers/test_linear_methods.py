@@ -13,8 +13,8 @@ import pytest
 from scipy import sparse
 
 import softmark
+from softmark import resource_limits as memory
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.base import memory
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.linear import factorisations, plans
 from softmark.solvers.materials import Law

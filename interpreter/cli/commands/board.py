@@ -28,7 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """[SUITE|FILE...] [--out DIR] [--json FILE|-] [--against OLD] [--check] ..."""
     what = f"a suite, or scenes, each of which is a case by its first error (default: the suite {STANDARD})"
     parser.add_argument("files", nargs="*", metavar="FILE", help=what)
-    parser.add_argument("--out", type=folder_name, metavar="DIR", default="board",
+    parser.add_argument("--out", type=folder_name, metavar="DIR",
                         help="folder for index.html, board.json and journal.jsonl (default: board)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     parser.add_argument("--against", metavar="OLD", help="an earlier board.json: print what has changed, as Markdown")
@@ -127,7 +127,7 @@ def _made(
     from softmark.interpreter.study.board.cases import subjects_of
     from softmark.interpreter.study.compare import compare
 
-    subjects, folder = subjects_of(cases), Path(parsed.out)
+    subjects, folder = subjects_of(cases), Path(parsed.out or "board")
     request = request_of(parsed, folder, progress, not parsed.fresh, plain=True)
     scenes = [s.scene for s in subjects]
     found = carried_out(lambda: compare(subjects, request), folder, parsed, progress, "board", scenes, "index.html")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -23,10 +24,14 @@ def run(parsed: argparse.Namespace) -> int:
     """Build the pages where they are not there yet, print where the page is, and open it in a browser."""
     from softmark.interpreter.pages.build import Unavailable, build, site, sources
     from softmark.interpreter.pages.places import places
+    from softmark.interpreter.results.files import refuse_link
 
     try:
         if parsed.out:
             folder = Path(parsed.out)
+            for above, folders, files in os.walk(folder):  # what Sphinx would write through
+                for name in (*folders, *files):
+                    refuse_link(Path(above, name))
             build(folder, sources())
         else:
             folder = site(lambda: print("building the pages, once for each version ...", file=sys.stderr)).folder

@@ -25,12 +25,15 @@ def run(parsed: argparse.Namespace) -> int:
         width = max(map(len, EDITORS))
         print("\n".join(f"dsl editor {name:{width}}  {_of(name).TITLE}" for name in EDITORS))
         return 0
+    from softmark.interpreter.results.files import folder_within, refuse_link, replace
+
     into = Path(parsed.out or f"softmark-{parsed.editor}")
     editor = _of(parsed.editor)
     try:
+        if not parsed.out:
+            refuse_link(into)
         for name, content in editor.files().items():
-            (into / name).parent.mkdir(parents=True, exist_ok=True)
-            (into / name).write_bytes(content)
+            replace(folder_within(into, *Path(name).parent.parts) / Path(name).name, content)
             print(visible(str(into / name)))
     except OSError as failure:
         print(visible(f"error: {into} cannot be written: {failure.strerror}"), file=sys.stderr)

@@ -33,11 +33,14 @@ def run(parsed: argparse.Namespace) -> int:
         show(problems)
         return 2
     from softmark.interpreter.report.exam.export import export
+    from softmark.interpreter.results.files import refuse_link
     from softmark.interpreter.run.options import Options
 
     stem = Path(scene.path).stem if scene.path else "scene"
     target = Path(parsed.out or f"{stem}-{parsed.to}")
     try:
+        if not parsed.out:
+            refuse_link(target)
         done = export(scene, parsed.to, parsed.model, target, Options(draw=False))
     except SceneError as error:
         show(error.diagnostics)

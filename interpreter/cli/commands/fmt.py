@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import tempfile
 from pathlib import Path
 
 from softmark.grammar.diagnostic import Diagnostic, Source
@@ -33,6 +32,11 @@ def _one(name: str, check: bool) -> int:
         source, _, path = read_scene(name)
     except Unread as unread:
         show([unread.diagnostic])
+        return 2
+    if path is not None and not check and os.path.islink(name):
+        remedy = f"format the file that it leads to: `dsl fmt {os.path.realpath(name)}`"
+        problem = f"`{name}` is a symbolic link, which is not written through"
+        show([Diagnostic("E404", problem, None, None, help=remedy)])
         return 2
     if path is not None and not check and not os.path.isfile(name):
         problem = f"`{name}` is a scene of the standard library, which is not rewritten"
@@ -65,12 +69,13 @@ def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
 
 def _replace(path: Path, text: str) -> int:
     """Write beside the file and rename, so that an interruption leaves one of the two whole."""
+    from softmark.interpreter.results.files import replacing
+
     try:
-        handle, temporary = tempfile.mkstemp(dir=path.resolve().parent, suffix=".scene")
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        os.chmod(temporary, path.stat().st_mode & 0o777)
-        os.replace(temporary, path.resolve())
+        mode = path.stat().st_mode & 0o777
+        with replacing(path) as part:
+            part.write_text(text, encoding="utf-8", newline="\n")
+        os.chmod(path, mode)
     except OSError as error:
         print(f"error[E404]: cannot write {path}: {error.strerror}", file=sys.stderr)
         return 2

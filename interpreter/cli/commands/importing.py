@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,6 +36,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Write a scene, and say what it does not have."""
+    from softmark.interpreter.results.files import replace
+    from softmark.safe_files import read_regular
+
     path = Path(parsed.file)
     target = Path(parsed.out or f"{path.stem}.scene")
     mesh = target.parent / (f"{target.stem}-mesh.inp" if path.suffix.lower() != ".msh" else path.name)
@@ -44,14 +48,14 @@ def run(parsed: argparse.Namespace) -> int:
         show([refused.diagnostic])
         return 2
     try:
-        own = mesh.exists() and mesh.resolve() == path.resolve()
-        if taken := [f for f in (target, mesh) if f.exists() and not (f == mesh and own)]:
+        own = mesh.is_file() and not mesh.is_symlink() and mesh.resolve() == path.resolve()
+        if taken := [f for f in (target, mesh) if os.path.lexists(f) and not (f == mesh and own)]:
             print(visible(f"error: {taken[0]} is there already; name another scene by --out"), file=sys.stderr)
             return 2
         if not own:
-            data = path.read_bytes() if found.mesh is None else found.mesh.encode("ascii")
-            mesh.write_bytes(data)
-        target.write_text(found.scene, encoding="utf-8", newline="\n")
+            data = read_regular(path) if found.mesh is None else found.mesh.encode("ascii")
+            replace(mesh, data)
+        replace(target, found.scene)
     except OSError as failure:
         print(visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
         return 2

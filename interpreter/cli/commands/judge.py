@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
 from softmark.interpreter.cli.commands.options import diagnostics_option, folder, override_option, plugin_option
+from softmark.interpreter.cli.commands.report_folder import led_elsewhere
 from softmark.interpreter.cli.commands.scenes import Unread, read_scene
 
 if TYPE_CHECKING:
@@ -67,6 +68,9 @@ def run(parsed: argparse.Namespace) -> int:
     parsed.vtu, parsed.stated, parsed.repeat = False, False, 1
     if parsed.out is None and parsed.json is None:
         parsed.out = f"{Path(parsed.file).stem or 'scene'}-judged"
+        if problem := led_elsewhere(Path(parsed.out)):
+            print(problem, file=sys.stderr)
+            return 2
     return running.run(parsed, lambda: _with(scene, parsed, names))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from dataclasses import dataclass
 from itertools import dropwhile, takewhile
@@ -86,14 +87,16 @@ def _told(name: str, template: Template) -> str:
 
 def _written(files: list[Path], folder: Path) -> int:
     """Copies of files in a folder; none replaces another file."""
-    taken = [folder / f.name for f in files if (folder / f.name).exists()]
+    from softmark.interpreter.results.files import replace
+
+    taken = [folder / f.name for f in files if os.path.lexists(folder / f.name)]
     if taken:
         print(visible(f"error: {taken[0]} is there already; name another folder"), file=sys.stderr)
         return 2
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for file in files:
-            (folder / file.name).write_bytes(file.read_bytes())
+            replace(folder / file.name, file.read_bytes())
     except OSError as failure:
         print(visible(f"error: {folder} cannot be written: {failure.strerror}"), file=sys.stderr)
         return 2

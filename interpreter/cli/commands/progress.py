@@ -20,7 +20,9 @@ class Progress:
     def say(self, what: str, detail: str) -> None:
         """Show what is being done: `solve`, `rod: iteration 3`."""
         detail = detail if detail.isprintable() else "".join(c if c.isprintable() else "?" for c in detail)
-        if what in ("compile", "compiled", "took") or (what == "start" and not self.live):
+        if what == "journal" and not detail:
+            return
+        if what in ("compile", "compiled", "took", "journal") or (what == "start" and not self.live):
             self.clear()
             line = {"start": detail, "compile": f"  {detail} ..."}.get(what, f"  {detail}")
             print(line, file=self.stream, flush=True)

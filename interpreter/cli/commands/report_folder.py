@@ -51,7 +51,7 @@ class Shelf:
         if not self.named:
             self.folder = Path(f"{Path(scene.path).stem if scene.path else 'scene'}-report")
         signals.saying(self.rescue)
-        if problem := self._unusable(scene):
+        if problem := led_elsewhere(None if self.named else self.folder) or self._unusable(scene):
             raise Unusable(problem)
         self.begun = True
 
@@ -109,14 +109,14 @@ class Shelf:
     def _write(self, report: Report, page: bool = True) -> None:
         from softmark.interpreter.report.files import junit
         from softmark.interpreter.report.files.files import write
-        from softmark.interpreter.results.files import replace
+        from softmark.interpreter.results.files import write_named
 
         if self.folder is not None:
             folder = self.folder
             self._attempt("--out", str(folder), lambda: write(report, folder, page))
         for option, place in self.files.items():
             text = report.dumps() if option == "--json" else junit.render(report)
-            self._attempt(option, place, lambda place=place, text=text: replace(Path(place), text))  # type: ignore[misc]
+            self._attempt(option, place, lambda place=place, text=text: write_named(Path(place), text))  # type: ignore[misc]
         self.count = len(report.models)
 
     @staticmethod
@@ -132,6 +132,13 @@ class Shelf:
             if not self.failed:
                 print(message(place, error, option), file=sys.stderr)
             self.failed = True
+
+
+def led_elsewhere(folder: Path | None) -> str:
+    """Why a folder that the command line does not name is not written to: a link could lead anywhere. Or nothing."""
+    if folder is None or not folder.is_symlink():
+        return ""
+    return message(str(folder), OSError(None, "it is a symbolic link"), "--out")
 
 
 def unusable(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:

@@ -68,7 +68,7 @@ def carried_out(
     `name` is that of its files, `page` of what a person reads where that is called otherwise.
     """
     from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
-    from softmark.interpreter.cli.commands.report_folder import message, unusable
+    from softmark.interpreter.cli.commands.report_folder import led_elsewhere, message, unusable
     from softmark.interpreter.cli.commands.scenes import show
     from softmark.interpreter.language.scene import SceneError
     from softmark.interpreter.study.expansion.variations import TooMany
@@ -78,7 +78,8 @@ def carried_out(
     made = folded("--out", folder, (f"{name}.json", page or f"{name}.html", "journal.jsonl"))
     outputs = [*made, *(("--json", Path(place)) for option, place in places if option == "--json")]
     read = [place for scene in scenes for place in read_by(scene)]
-    if problem := collision(outputs, read) or unusable(places, [path for _, path in made]):
+    linked = led_elsewhere(folder if parsed.out is None else None)
+    if problem := linked or collision(outputs, read) or unusable(places, [path for _, path in made]):
         return _refused(progress, problem)
     try:
         found = work()
@@ -122,13 +123,13 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
 def written(place: str, text: str, option: str = "--json") -> bool:
     """Write a result where an option says; whether that went well."""
     from softmark.interpreter.cli.commands.report_folder import message
-    from softmark.interpreter.results.files import replace
+    from softmark.interpreter.results.files import write_named
 
     if place == "-":
         sys.stdout.write(text)
         return True
     try:
-        replace(Path(place), text)
+        write_named(Path(place), text)
     except OSError as error:
         print(message(place, error, option), file=sys.stderr)
         return False

@@ -6,6 +6,8 @@ each state.
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -175,8 +177,11 @@ def _kept(name: str, each: Told, to: str, folder: Path, written: list[str]) -> d
     own: list[str] = []
     for number, (problem, named) in enumerate(each, start=1):
         place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"
-        (folder / place).mkdir(parents=True, exist_ok=True)
-        own += [(place / file).as_posix() for file in form(to).export(problem, named, folder / place)]
+        home = files.folder_within(folder, *place.parts)
+        with tempfile.TemporaryDirectory(dir=home, prefix=".part-") as made:  # formats write as they like
+            for file in form(to).export(problem, named, Path(made)):
+                os.replace(Path(made) / file, home / file)
+                own.append((place / file).as_posix())
     written += own
     problem, named = each[-1]
     motion = {} if problem.motion is None else {"step": problem.motion.step, "steps": problem.motion.count}

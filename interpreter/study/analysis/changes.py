@@ -18,6 +18,7 @@ from softmark.interpreter.results.plain import Json, Plain, by_name
 from softmark.interpreter.study.analysis.point import Spread, ratio_of
 from softmark.interpreter.study.expansion.outcome import PointError
 from softmark.records import dataclass
+from softmark.safe_files import read_regular
 
 REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
 RELATIVE = 1e-6  # a metric that changes by less is the same: rounding, and threads that add in another order
@@ -35,7 +36,7 @@ def read(path: str | Path) -> Json:
     if os.path.exists(path) and not os.path.isfile(path):  # a device may have no end, a pipe no writer
         raise Foreign(f"`{path}` is not a regular file")
     try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
+        found = json.loads(read_regular(path).decode("utf-8"))
     except OSError as error:
         raise Foreign(f"`{path}` cannot be read: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:

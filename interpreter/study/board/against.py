@@ -7,10 +7,10 @@ more, and are compared on one kind of processor alone.
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from softmark.interpreter.results import forms
 from softmark.interpreter.study.board.cells import SCHEMA, Board, Cell
+from softmark.safe_files import read_regular
 
 SAME, TIMES = 0.01, 1.5  # relative change of an error; ratio of times
 NUMBER = forms.NUMBER
@@ -31,7 +31,7 @@ class Foreign(Exception):
 def read(path: str) -> Board:
     """The board of a file. Raises Foreign."""
     try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
+        found = json.loads(read_regular(path).decode("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         why = (error.strerror if isinstance(error, OSError) else None) or "it is no JSON"
         raise Foreign(f"cannot read {path}: {why}; {TAKES}") from error

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.plan.plan import Plan
     from softmark.interpreter.run.options import Options
 
-SCHEMA = "softmark-kept/1"
+SCHEMA = "softmark-kept/2"
 COUNTING = (  # first words of variables that may change a number
     "OMP_", "OPENBLAS_", "MKL_", "GOTO_", "BLIS_", "VECLIB_", "KMP_", "NUMBA_", "PYPARDISO_", "SOFTMARK_",
     "NPY_", "LD_",

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from softmark.interpreter.front.requests import at_name, unknown_models
 from softmark.interpreter.language.scene import Declared, Scene, SceneError
@@ -65,6 +66,7 @@ def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
     started = datetime.now(UTC)
     asked = _asked(subject.scene, request)
     with Journal.open(request.folder, request.fresh) as journal:
+        request.say("journal", journal.remark)
         if journal.of_kind(KIND) and not request.resume:
             count = len(journal.of_kind(KIND))
             raise JournalRefused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
@@ -229,8 +231,14 @@ class StudyTrial:
         asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
         return StressStudy(
             asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
-            quantities, tuple(self.points.values()), tuple(self._edges()), tuple(self._maps()),
+            quantities, tuple(sorted(self.points.values(), key=self._order)), tuple(self._edges()), tuple(self._maps()),
         )  # fmt: skip
+
+    def _order(self, point: StressPoint) -> tuple[Any, ...]:
+        """Return the place of a point among all: the same whether it was computed now or taken from the journal."""
+        names = [q.name for q in self.asked.quantities]
+        own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
+        return self.asked.models.index(point.model), len(own), own
 
     def _edges(self) -> list[StressEdge]:
         found: list[StressEdge] = []

@@ -30,6 +30,7 @@ Record = dict[str, Any]
 Say = Callable[[str, str], None]  # (what is being done, detail)
 CHILD = (sys.executable, "-P", "-m", "softmark.interpreter.study.timing.timed")
 GLANCE = 0.25  # s, how long the machine is watched before a round
+LONGEST_WAIT = 600.0  # s; whoever holds the lock for longer is timing no run, and anybody can hold it
 TURN = 0.1  # s after a run in which another comparison may begin one
 PATIENCE = 5.0  # s at most that a round waits for the machine to calm down
 CALM = 0.05  # share of the time in which some task waits
@@ -243,9 +244,9 @@ def exclusive(say: Say = _nobody) -> Iterator[None]:
     if handle is None:
         yield
         return
-    told = False
+    told, latest = False, time.monotonic() + LONGEST_WAIT
     try:
-        while True:
+        while time.monotonic() < latest:
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 break
@@ -254,6 +255,8 @@ def exclusive(say: Say = _nobody) -> Iterator[None]:
                     say("time", "another comparison is timing on this machine; waiting for it")
                 told = True
                 time.sleep(TURN / 4)
+        else:
+            say("took", f"{lock_file()} is locked for {LONGEST_WAIT:g} s: timing goes on without it")
         yield
     finally:
         os.close(handle)  # gives the lock back

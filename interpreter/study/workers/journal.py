@@ -2,7 +2,9 @@
 
 A line is one JSON object, written by one call and synced. The first says whose journal it is; every other has a `kind`,
 the `key` of a configuration and the number of its `repeat`: the three together occur once. A last line
-that was torn when the power went is not counted, and is cut off before anything is appended.
+that was torn when the power went is not counted, and is cut off before anything is appended. Every entry ends with the
+authentication code of the user who wrote it, `hmac`: an entry without it, as in a journal that came with somebody
+else's scene, counts as not written.
 """
 
 from __future__ import annotations
@@ -15,8 +17,12 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
+from softmark.interpreter.results.authentication import code_of, is_authentic
+from softmark.interpreter.results.files import replace
+
 SCHEMA = "softmark-journal/1"
 NAME, LOCK = "journal.jsonl", "journal.lock"
+CODE = "hmac"  # the last member of an entry
 
 Json = dict[str, Any]
 Identity = tuple[str, str, int]  # kind, key, repeat
@@ -41,6 +47,7 @@ class Journal:
 
     path: Path
     entries: dict[Identity, Json] = field(default_factory=dict)
+    foreign: int = 0  # entries that this user's runs did not write
     _file: int = -1
     _lock: int = -1
 
@@ -58,8 +65,7 @@ class Journal:
         return journal
 
     def _start(self, fresh: bool) -> None:
-        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
-        data = b"" if fresh else self.path.read_bytes()
+        data = b"" if fresh else _contents(self.path)
         whole = data[: data.rfind(b"\n") + 1]  # what follows the last line end was torn
         lines = list(_objects(whole))
         if whole and not lines:
@@ -70,12 +76,27 @@ class Journal:
                 f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder"
             )
         for entry in lines[1:]:
-            if _sound(entry):
+            if not _sound(entry):
+                continue
+            if _authentic(entry):
                 self.entries.setdefault(identity(entry), entry)
+            else:
+                self.foreign += 1
+        if fresh:
+            replace(self.path, "")  # a new file: one that has other names, or a link, stays as it is
+        self._file = _opened(self.path, os.O_RDWR | os.O_APPEND)
         os.ftruncate(self._file, len(whole) if lines else 0)
         if not lines:
             self.entries.clear()
             self._write({"schema": SCHEMA})
+
+    @property
+    def remark(self) -> str:
+        """Return what to say of entries that are not believed; empty where there are none."""
+        if not self.foreign:
+            return ""
+        count = f"{self.foreign} entr{'y' if self.foreign == 1 else 'ies'} of {self.path}"
+        return f"{count} not written by your own runs: computed again"
 
     def add(self, entry: Json) -> bool:
         """Append an entry and sync; False, and nothing written, where it is there already. Raises OSError."""
@@ -92,8 +113,8 @@ class Journal:
         self.add({"kind": kind, "key": key, "repeat": repeat, **said})
 
     def _write(self, entry: Json) -> None:
-        line = json.dumps(entry, allow_nan=False, ensure_ascii=False, separators=(",", ":")) + "\n"
-        data = line.encode()
+        told = entry if "schema" in entry else {**entry, CODE: code_of(SCHEMA, _text(entry))}
+        data = _text(told) + b"\n"
         if os.write(self._file, data) != len(data):
             raise OSError(None, "the journal could not be written whole: is the disk full?")
         os.fsync(self._file)
@@ -104,9 +125,9 @@ class Journal:
 
     def on_disk(self, kind: str) -> set[str]:
         """Keys of a kind as the file has them: after an interruption it may know more than this process."""
-        data = self.path.read_bytes()
+        data = _contents(self.path)
         lines = _objects(data[: data.rfind(b"\n") + 1])
-        return {str(line["key"]) for line in lines if line.get("kind") == kind and "key" in line}
+        return {str(line["key"]) for line in lines if line.get("kind") == kind and "key" in line and _authentic(line)}
 
     def close(self) -> None:
         """Let go of the file and of the lock."""
@@ -128,9 +149,44 @@ def _sound(entry: Json) -> bool:
     return named and type(entry.get("repeat", 0)) is int
 
 
+def _authentic(entry: Json) -> bool:
+    """Return whether an entry is this user's, whose code is taken out of it."""
+    code = entry.pop(CODE, "")
+    try:
+        return is_authentic(SCHEMA, _text(entry), str(code))
+    except ValueError:  # numbers that are none, which are never written
+        return False
+
+
+def _text(entry: Json) -> bytes:
+    text = json.dumps(entry, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.encode(errors="surrogatepass")
+
+
+def _contents(path: Path) -> bytes:
+    """The bytes of a journal, none where there is no file. Raises Refused, OSError."""
+    try:
+        descriptor = _opened(path, os.O_RDONLY)
+    except FileNotFoundError:
+        return b""
+    with os.fdopen(descriptor, "rb") as file:
+        return file.read()
+
+
+def _opened(path: Path, flags: int) -> int:
+    """A regular file of the folder, made if it is to be written, never one that a link leads to. Raises Refused."""
+    careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        what = "a symbolic link" if path.is_symlink() else "not a regular file"
+        raise JournalRefused(f"{path} is {what}; take it away, or choose another folder with `--out`")
+    return os.open(path, flags | careful | (0 if flags == os.O_RDONLY else os.O_CREAT), 0o644)
+
+
 def _objects(data: bytes) -> Iterator[Json]:
     """The JSON objects of whole lines; a line that cannot be read counts as not written."""
     for line in data.splitlines():
+        if not line.startswith(b"{"):
+            continue
         try:
             found = json.loads(line)
         except (ValueError, RecursionError):
@@ -143,7 +199,7 @@ def _locked(path: Path) -> int:
     """An exclusive lock that the system lets go when this process ends, however it ends. Raises Refused."""
     import fcntl
 
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    descriptor = _opened(path, os.O_RDWR)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

@@ -240,7 +240,8 @@ def outcomes_of_cluster(
     try:
         yield from _gathered(client, tasks, timeout)
     finally:
-        client.close()
+        with suppress(Exception):  # of a scheduler that died, with which there is nothing to settle
+            client.close()
 
 
 def _client(address: str, wait: float) -> Any:
@@ -266,12 +267,25 @@ def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) ->
 
     own = sources.digest()
     futures = {client.submit(perform_there, task, own, timeout, pure=False, retries=0): task for task in tasks}
-    for future in _dask().as_completed(futures, loop=client.loop):
-        task = futures[future]
-        if future.status == "finished":
-            yield future.result()
-        else:
-            yield unfinished(task, _lost(future))
+    waiting = dict(futures)
+    try:
+        for future in _dask().as_completed(futures, loop=client.loop):
+            task = waiting.pop(future)
+            if future.status == "finished":
+                yield future.result()
+            else:
+                yield unfinished(task, _lost(future))
+    except _connection_errors() as error:
+        reason = str(error) or type(error).__name__
+        for task in waiting.values():
+            yield unfinished(task, f"the cluster lost this task (its scheduler is gone: {reason})")
+
+
+def _connection_errors() -> tuple[type[BaseException], ...]:
+    """What dask raises where its scheduler is gone."""
+    futures = importlib.import_module("concurrent.futures")
+    comm = importlib.import_module("distributed.comm")
+    return OSError, futures.CancelledError, comm.CommClosedError, TimeoutError
 
 
 def _lost(future: Any) -> str:

@@ -6,6 +6,8 @@ import io
 import sys
 from typing import Any
 
+from softmark.safe_files import descriptor_of
+
 PATIENCE = 100  # times that nothing may be read at the end of a file
 
 
@@ -58,7 +60,7 @@ def opened(file: Any, mode: str = "r", *further: Any, **options: Any) -> Any:
     """As `open`; what is read has an end."""
     if mode not in ("r", "rt", "rb") or further:
         return open(file, mode, *further, **options)
-    raw = Bytes(io.FileIO(file, "r"))
+    raw = Bytes(io.FileIO(file, "r", opener=descriptor_of))
     return raw if mode == "rb" else EndedText(raw, **{"encoding": "utf-8", **options})
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.safe_files import open_regular, read_regular
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 # Gmsh's number of a type of cell -> meshio's word and the number of nodes
@@ -36,14 +37,14 @@ class File:
 
 def recognised(path: Path) -> bool:
     """Whether a file begins as format 1 does."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return file.read(256).lstrip().startswith(b"$NOD")
 
 
 def read(path: Path) -> File:
     """Points and cells, numbered from zero. Raises Malformed."""
     try:
-        words = path.read_text(encoding="ascii").split()
+        words = read_regular(path).decode("ascii").split()
         points, number, at = _points(words)
         return File(points, _cells(words[at:], number))
     except (ValueError, IndexError, KeyError) as error:

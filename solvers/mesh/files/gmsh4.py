@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from softmark.records import dataclass
+from softmark.safe_files import open_regular
 
 PLACE = {0: 3}  # numbers that say where an entity is: of a point its coordinates, of others the corners of a box
 BOX = 6
@@ -33,7 +34,7 @@ Dims = list[list[Entity]]  # points, curves, surfaces, volumes
 
 def completed(path: Path) -> bytes | None:
     """The file as meshio can read it; None where it can as it is, or where it is of another format."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(64).split()
         if head[:1] != [b"$MeshFormat"] or head[1:2] != [b"4.1"]:
             return None

@@ -10,19 +10,21 @@ import tempfile
 from collections.abc import Iterable
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
-from io import StringIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from softmark.mesh_file_hazards import hazard_of
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.cells import Hexahedron
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.files import ended, gmsh1, gmsh4
 from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked, used
 from softmark.solvers.mesh.files.formats import MESHES, filling
-from softmark.solvers.mesh.files.rationing import rationed
 from softmark.solvers.mesh.files.vtk import legacy, xml
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
 from softmark.solvers.mesh.splits import SPLITS, NotTwoColourable, with_nodes
@@ -140,11 +142,12 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
     log = logging.getLogger("trimesh")
     told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
     try:
-        with rationed(path), path.open("rb") as data:
+        with limited_resources(path):  # without a name and a path: what it names elsewhere stays unread
+            data = BytesIO(read_regular(path))
             found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
                                  skip_materials=True)  # fmt: skip
     except Exception as error:  # its readers raise what they like
-        raise UnreadableMesh(f"trimesh cannot read it ({_reason(error)})", remedy=SURFACE_AGAIN) from error
+        raise UnreadableMesh(f"trimesh cannot read it ({reason_of(error)})", remedy=SURFACE_AGAIN) from error
     finally:
         log.disabled = told
     triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
@@ -203,15 +206,6 @@ def _carried(mesh: Mesh, new: Mesh) -> Mesh:
     return split(mesh, new)
 
 
-def _reason(error: Exception) -> str:
-    """What a reader's exception says, in words for whoever has the file."""
-    if isinstance(error, MemoryError):
-        return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
-    if isinstance(error, ModuleNotFoundError):
-        return f"this format needs the package {error.name}, which is not installed"
-    return " ".join(str(error).split())[:200] or type(error).__name__
-
-
 def placed(data: Any, unit: float) -> Floats:
     """The points (n, 3) of a file, m. Raises UnreadableMesh."""
     read = np.asarray(data.points, dtype=np.float64)
@@ -229,13 +223,20 @@ def parsed(path: Path) -> Any:
     _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
-            return gmsh1.read(path)
-        except gmsh1.Malformed as error:
-            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({error})", remedy=AGAIN) from error
+            with limited_resources(path):
+                return gmsh1.read(path)
+        except (gmsh1.Malformed, MemoryError) as error:
+            why = reason_of(error)
+            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
+    try:
+        with limited_resources(path):
+            elsewhere = hazard_of(path)
+    except Exception as error:  # the readers of HDF5 raise what they like
+        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
+    if elsewhere:
+        raise UnreadableMesh(elsewhere, remedy=AGAIN)
     if path.suffix.lower() in VTK and (found := _vtk(path)) is not None:
         return found
-    if path.suffix.lower() in (".xdmf", ".xmf") and b"hdf" in path.read_bytes().lower():
-        raise UnreadableMesh("its numbers lie in another file, which the scene does not name", remedy=AGAIN)
     if path.suffix.lower() == ".inp":
         return _deck(path)
     import meshio
@@ -250,26 +251,26 @@ def _deck(path: Path) -> Any:
     from softmark.solvers.mesh.files.abaqus.model import read_mesh
 
     try:
-        with rationed(path):
+        with limited_resources(path):
             return DeckData(read_mesh(path))
     except (MemoryError, OSError) as error:
-        raise UnreadableMesh(f"it cannot be read ({_reason(error)})", remedy=AGAIN) from error
+        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
 
 
 def _vtk(path: Path) -> Any:
     """A file of VTK by what it holds, whatever its name; None if meshio is to be asked. Raises UnreadableMesh."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(4096)
     try:
-        with rationed(path):
+        with limited_resources(path):
             if legacy.recognised(head):
                 return legacy.read(path)
             if xml.recognised(head):
-                data = xml.inlined(path.read_bytes())
+                data = xml.inlined(read_regular(path))
             else:
                 return None
     except (legacy.Malformed, ValueError, MemoryError) as error:
-        raise UnreadableMesh(f"it is no complete file of VTK ({_reason(error)})", remedy=AGAIN) from error
+        raise UnreadableMesh(f"it is no complete file of VTK ({reason_of(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (file := Path(folder, "mesh.vtu")).write_bytes(data)
         return _tried(file, ["vtu"])
@@ -288,16 +289,41 @@ def _with_groups(path: Path, kind: str) -> Any:
         return meshio.read(file, kind)
 
 
-OWN = {"gmsh": _with_groups}  # what meshio does not read as it is
+def _with_companion(path: Path, kind: str) -> Any:
+    """A file of TetGen with the other of its two, which meshio looks for: it must lie in the same folder."""
+    import meshio
+
+    other = path.with_suffix(".node" if path.suffix.lower() == ".ele" else ".ele").name
+    try:
+        path_within(path.parent, other)
+    except UnsafeFile as error:
+        raise UnsafeFile(f"{other}, which belongs to it: {error.strerror}") from None
+    return meshio.read(path, kind)
+
+
+def _without_cell_data(path: Path, kind: str) -> Any:
+    """A mesh of DOLFIN's XML; its numbers of cells, for which meshio opens other files, are not needed."""
+    import meshio
+    from meshio.dolfin._dolfin import _read_mesh
+
+    points, cells, _ = _read_mesh(path)
+    return meshio.Mesh(points, cells)
+
+
+OWN = {  # what meshio does not read as it is
+    "gmsh": _with_groups, "tetgen": _with_companion, "dolfin-xml": _without_cell_data,
+}  # fmt: skip
 
 
 def _there(path: Path, remedy: str = AGAIN) -> None:
     """Raises UnreadableMesh where there is no file, or nothing in it."""
     try:
-        if not path.is_file():
-            raise UnreadableMesh(f"there is no file {path}", remedy="the path is relative to the folder of the scene")
-        if path.stat().st_size == 0:
-            raise UnreadableMesh("it is empty", remedy=remedy)
+        with open_regular(path) as file:
+            if not file.read(1):
+                raise UnreadableMesh("it is empty", remedy=remedy)
+    except FileNotFoundError:
+        known = "the path is relative to the folder of the scene"
+        raise UnreadableMesh(f"there is no file {path}", remedy=known) from None
     except OSError as error:
         raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
 
@@ -310,11 +336,11 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), rationed(path):
+            with redirect_stdout(said), redirect_stderr(said), limited_resources(path):
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
         except Exception as error:  # its readers raise what they like
-            reasons.append(_reason(error))
+            reasons.append(reason_of(error))
     why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
     raise UnreadableMesh(f"meshio cannot read it ({why})", remedy=AGAIN)

@@ -53,7 +53,7 @@ def read(file: Path) -> Told:
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
-        from softmark.references.rationing import reason_of
+        from softmark.resource_limits import reason_of
 
         raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", AGAIN) from None
     return told
@@ -73,12 +73,13 @@ def _by_content(file: Path, reader: str) -> str:
 def _there(file: Path) -> None:
     """Raises Unreadable where there is no file, nothing in it, or more than is read."""
     try:
-        if not file.is_file():
-            raise Unreadable(file.name, f"there is no file {file}", "the path is relative to the folder of the scene")
-        size = file.stat().st_size
         must_be_unpacked(file)
-    except (OSError, ValueError) as error:
-        raise Unreadable(file.name, f"it cannot be read ({error})", "name a file that can be") from None
+        size = file.stat().st_size
+    except FileNotFoundError:
+        known = "the path is relative to the folder of the scene"
+        raise Unreadable(file.name, f"there is no file {file}", known) from None
+    except OSError as error:
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "name a file that can be") from None
     if not size:
         raise Unreadable(file.name, "it is empty", AGAIN)
     if size > LARGEST:

@@ -18,7 +18,7 @@ from softmark.interpreter.models.results.readers.moments import moment, told
 from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.references import tables
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
+from softmark.resource_limits import limited_resources
 
 Triple = tuple[str, str, str]
 
@@ -38,7 +38,7 @@ UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 
 def read(file: Path) -> Told:
     """All times. Raises Unreadable."""
-    with rationed(file):
+    with limited_resources(file):
         words = tables.header(file)
         if len(words) > MOST:
             raise Unreadable(

@@ -16,7 +16,8 @@ from softmark.interpreter.models.results.readers.trees import numbers
 from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
 
 # number of a type of cell -> meshio's word and its nodes
 TYPES = {1: ("hexahedron", 8), 2: ("wedge", 6), 3: ("tetra", 4), 4: ("hexahedron20", 20), 5: ("wedge15", 15),
@@ -68,8 +69,8 @@ class Lines:
 
 def read(file: Path) -> Told:
     """All increments. Raises Unreadable."""
-    with rationed(file):
-        lines = Lines(file.name, file.read_bytes().replace(b"\r\n", b"\n").split(b"\n"))
+    with limited_resources(file):
+        lines = Lines(file.name, read_regular(file).replace(b"\r\n", b"\n").split(b"\n"))
         heads = lines.heads()
         key, row, here = next(heads, ("", b"", 0))
         if key != "2C":

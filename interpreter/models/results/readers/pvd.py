@@ -13,14 +13,15 @@ from softmark.interpreter.models.results.readers.trees import parsed, within
 from softmark.interpreter.models.results.readers.vtu import read_moment
 from softmark.interpreter.models.results.told import Told
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
 from softmark.references.tables import NUMBER
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
 
 
 def read(file: Path) -> Told:
     """All moments. Raises Unreadable."""
-    with rationed(file):
-        top = parsed(file.name, file.read_bytes(), "VTKFile")
+    with limited_resources(file):
+        top = parsed(file.name, read_regular(file), "VTKFile")
     entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]
     if any(part not in ("", "0") for _, _, part in entries):
         raise Unreadable(file.name, "its moments are in several parts", "merge them in ParaView, and save one for each")
@@ -34,7 +35,7 @@ def read(file: Path) -> Told:
     if size > LARGEST:
         reason = f"its files have {size / 2**30:.1f} GiB in all, and {LARGEST >> 30} GiB are read"
         raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
-    with rationed(file, size):
+    with limited_resources(file, size):
         return told(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
 
 

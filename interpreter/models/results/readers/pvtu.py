@@ -9,7 +9,8 @@ from softmark.interpreter.models.results.readers.moments import Moment, told
 from softmark.interpreter.models.results.readers.trees import parsed, within
 from softmark.interpreter.models.results.told import Told
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
 
 
 def read(file: Path) -> Told:
@@ -24,8 +25,8 @@ def read_moment(file: Path) -> Moment:
 
 def part(file: Path) -> Path:
     """The file of the one part, in the same folder or below. Raises Unreadable."""
-    with rationed(file):
-        top = parsed(file.name, file.read_bytes(), "VTKFile")
+    with limited_resources(file):
+        top = parsed(file.name, read_regular(file), "VTKFile")
     pieces = top.findall("PUnstructuredGrid/Piece")
     if len(pieces) != 1:
         remedy = "merge them in ParaView, which knows points that parts share, and save the data as .vtu"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.models.results.readers.moments import AGAIN
 from softmark.references.measured import Unreadable
+from softmark.safe_files import path_within
 
 DEEP = 50  # elements within each other
 ElementT = ElementTree.Element
@@ -82,12 +83,6 @@ def within(name: str, folder: Path, told: str) -> Path:
     shown = told if len(told) < 80 else f"{told[:80]}..."
     remedy = "files that belong together lie in one folder: name them by paths within it"
     try:
-        home = folder.resolve()
-        file = (home / told).resolve()
-        if not file.is_relative_to(home):
-            raise Unreadable(name, f"`{shown}` lies outside the folder of the file", remedy)
-        if not file.is_file():
-            raise Unreadable(name, f"it names `{shown}`, and there is no such file", remedy)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise Unreadable(name, f"it names `{shown}`, which cannot be read ({error})", remedy) from None
-    return file
+        return path_within(folder, told)
+    except OSError as error:
+        raise Unreadable(name, f"it names `{shown}`, and {error.strerror}", remedy) from None

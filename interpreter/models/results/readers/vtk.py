@@ -8,14 +8,15 @@ from pathlib import Path
 from softmark.interpreter.models.results.readers.moments import AGAIN, moment, told
 from softmark.interpreter.models.results.told import Told
 from softmark.references.measured import Unreadable
+from softmark.safe_files import read_regular
 from softmark.solvers.mesh.files.reading import UnreadableMesh, parsed
 
-DATASET = re.compile(rb"^\s*DATASET\s+(\S+)", re.MULTILINE | re.IGNORECASE)
+DATASET = re.compile(rb"^[ \t]*DATASET[ \t]+(\S+)", re.MULTILINE | re.IGNORECASE)
 
 
 def read(file: Path) -> Told:
     """One moment, whose time the format does not tell. Raises Unreadable."""
-    data = file.read_bytes()
+    data = read_regular(file)
     kinds = DATASET.findall(data)
     if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):
         reason = f"it holds {other.decode('latin-1')[:40]}, no unstructured grid"

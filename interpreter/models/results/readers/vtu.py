@@ -23,7 +23,8 @@ from softmark.interpreter.models.results.readers.trees import ElementT, numbers,
 from softmark.interpreter.models.results.told import Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
+from softmark.resource_limits import FACTOR, FLOOR, limited_resources
+from softmark.safe_files import read_regular
 
 Array = NDArray[np.generic]
 
@@ -47,10 +48,9 @@ def read(file: Path) -> Told:
 
 def read_moment(file: Path) -> Moment:
     """The same, for a series. Raises Unreadable."""
-    with rationed(file):
-        data = file.read_bytes()
-        begins = re.search(rb"<AppendedData[^>]*>", data)
-        name, root = file.name, data if begins is None else data[: begins.start()] + b"</VTKFile>"
+    with limited_resources(file):
+        data = read_regular(file)
+        name, (root, appended) = file.name, _parts(data)
         top = parsed(name, root, "VTKFile")
         if top.get("type") != "UnstructuredGrid":
             raise Unreadable(name, f"it holds `{top.get('type')}`, no unstructured grid", "save it as .vtu")
@@ -58,8 +58,17 @@ def read_moment(file: Path) -> Moment:
         pieces = [] if grid is None else grid.findall("Piece")
         if grid is None or not pieces:
             raise Unreadable(name, "it has no grid", AGAIN)
-        source = _source(name, top, None if begins is None else (begins.group(), data[begins.end() :]))
+        source = _source(name, top, appended, FLOOR + FACTOR * len(data))
         return _joined(source, grid, pieces)
+
+
+def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
+    """The XML, and the tag of appended data with what follows it: one scan, however often the tag begins."""
+    start = data.find(b"<AppendedData")
+    end = data.find(b">", start) + 1 if start >= 0 else 0
+    if not end:
+        return data, None
+    return data[:start] + b"</VTKFile>", (data[start:end], data[end:])
 
 
 def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
@@ -134,6 +143,7 @@ class Source:
     raw: bool
     appended: bytes
     ends: dict[int, int]  # of appended arrays by where they begin
+    room: list[int]  # bytes that its blocks may still unpack to, whatever names them how often
 
     def count(self, piece: ElementT, word: str) -> int:
         """A promise of the file. Raises Unreadable."""
@@ -190,6 +200,9 @@ class Source:
             return b""
         size, last = sizes(1, 2)
         lengths, at = sizes(3, count), wide * (3 + count)
+        self.room[0] -= (count - 1) * size + (last or size)
+        if self.room[0] < 0:
+            raise ValueError("its blocks unpack to more than its size can need")
         parts = []
         for i, length in enumerate(lengths):
             promised = last if last and i == count - 1 else size
@@ -198,8 +211,8 @@ class Source:
         return b"".join(parts)
 
 
-def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None) -> Source:
-    """How a file packs its numbers. Raises Unreadable."""
+def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room: int) -> Source:
+    """How a file packs its numbers, which may unpack to so many bytes. Raises Unreadable."""
     packer, header = top.get("compressor"), top.get("header_type", "UInt32")
     if packer is not None and packer not in COMPRESSED:
         remedy = f"write it without, or by {' or '.join(COMPRESSED.values())}"
@@ -214,7 +227,7 @@ def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None) -> S
         int(w) for item in top.iter("DataArray") if re.fullmatch(r"\d{1,12}", w := item.get("offset", "").strip())
     }
     ends = dict(pairwise([*sorted(starts), len(data)]))
-    return Source(name, order, HEADERS[header], COMPRESSED.get(packer or ""), raw, data, ends)
+    return Source(name, order, HEADERS[header], COMPRESSED.get(packer or ""), raw, data, ends, [room])
 
 
 def _decoded(data: bytes) -> bytes:

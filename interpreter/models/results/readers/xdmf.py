@@ -20,7 +20,8 @@ from softmark.interpreter.models.results.readers.trees import ElementT, numbers,
 from softmark.interpreter.models.results.told import Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
 from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.files.reading import KINDS
 
@@ -94,12 +95,12 @@ class Source:
 
 def read(file: Path) -> Told:
     """All moments. Raises Unreadable."""
-    with rationed(file):
-        top = parsed(file.name, file.read_bytes(), "Xdmf")
+    with limited_resources(file):
+        top = parsed(file.name, read_regular(file), "Xdmf")
     texts = [i.text.partition(":")[0].strip() for i in top.iter("DataItem") if i.get("Format") == "HDF" and i.text]
     files = {word: within(file.name, file.parent, word) for word in sorted(set(texts))}
     size = file.stat().st_size + sum(path.stat().st_size for path in files.values())
-    with rationed(file, size), ExitStack() as stack:
+    with limited_resources(file, size), ExitStack() as stack:
         try:
             return told(file.name, _moments(Source(file.name, files, stack), top))
         except ModuleNotFoundError:

@@ -19,12 +19,13 @@ from softmark.interpreter.models.results.readers.moments import AGAIN, Block, Mo
 from softmark.interpreter.models.results.told import Floats, Ints, Told
 from softmark.records import dataclass
 from softmark.references.measured import Unreadable
-from softmark.references.rationing import rationed
+from softmark.resource_limits import FACTOR, FLOOR, limited_resources
+from softmark.safe_files import read_regular
 
 TAG = 0x00464542  # FEB
 VERSIONS = range(0x30, 0x36)
 VTK = "open it in FEBio Studio and export VTK, whose points are deformed positions"
-WINDOW = 1 << 20  # bytes that are unpacked at once
+WINDOW = 1 << 10  # bytes of packed data that are looked at first
 
 ROOT, HEADER, VERSION, PACKED = 0x01000000, 0x01010000, 0x01010001, 0x01010004
 NODAL, ITEM, ITEM_TYPE, ITEM_NAME = 0x01023000, 0x01020001, 0x01020002, 0x01020004
@@ -95,8 +96,8 @@ class Chunk:
 
 def read(file: Path) -> Told:
     """All states that converged. Raises Unreadable."""
-    with rationed(file):
-        data = memoryview(file.read_bytes())
+    with limited_resources(file):
+        data = memoryview(read_regular(file))
         order = {TAG.to_bytes(4, "little"): "<", TAG.to_bytes(4, "big"): ">"}.get(bytes(data[:4]))
         if order is None:
             raise Unreadable(file.name, "it does not begin as FEBio's plot files do", AGAIN)
@@ -183,19 +184,26 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
 
 
 def _unpacked(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
-    """Chunks that are each a stream of zlib. Raises Unreadable."""
-    at = 0
+    """Chunks that are each a stream of zlib. Raises Unreadable.
+
+    A stream is read in windows that grow with it, so that many short ones cost no more than their bytes; all together
+    unpack to no more than the memory of a reader.
+    """
+    at, room = 0, FLOOR + FACTOR * len(rest)
     while at < len(rest):
-        opener, parts = zlib.decompressobj(), []
+        opener, parts, window = zlib.decompressobj(), [], WINDOW
         while not opener.eof:
-            window = rest[at : at + WINDOW]
-            if not window:
+            piece = rest[at : at + window]
+            if not piece:
                 raise Unreadable(whole.name, "its last state breaks off", AGAIN)
             try:
-                parts.append(opener.decompress(window))
+                parts.append(opener.decompress(piece, room + 1))
             except zlib.error as error:
                 raise Unreadable(whole.name, f"a state cannot be unpacked ({error})", AGAIN) from None
-            at += len(window)
+            room -= len(parts[-1])
+            if room < 0:
+                raise Unreadable(whole.name, "its states unpack to more than its size can need", AGAIN)
+            at, window = at + len(piece) - len(opener.unconsumed_tail), 2 * window
         at -= len(opener.unused_data)
         yield from Chunk(whole.name, whole.order, memoryview(b"".join(parts))).parts()
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from softmark.records import dataclass
+from softmark.safe_files import path_within, read_regular
 from softmark.solvers.mesh.files.flaws import UnreadableMesh
 
 DEPTH = 10  # files that include each other
@@ -118,17 +119,12 @@ def resolve_included(place: str, folder: Path, told: str) -> Path:
     """Return the regular file that a deck includes, which lies in the deck's folder or below. Raises DeckError."""
     shown = told if len(told) < 80 else f"{told[:80]}..."
     remedy = "put the included file into the deck's folder, and name it by a path within that folder"
+    if not told:
+        raise DeckError(place, "it includes no file", remedy)
     try:
-        file = (folder / told).resolve()
-        if not told or not file.is_relative_to(folder):
-            raise DeckError(place, f"`{shown}` lies outside the folder of the deck", remedy)
-        if not file.exists():
-            raise DeckError(place, f"it includes `{shown}`, and there is no such file", remedy)
-        if not file.is_file():
-            raise DeckError(place, f"it includes `{shown}`, which is not a regular file", remedy)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise DeckError(place, f"it includes `{shown}`, which cannot be read ({error})", remedy) from None
-    return file
+        return path_within(folder, told)
+    except OSError as error:
+        raise DeckError(place, f"it includes `{shown}`: {error.strerror or error}", remedy) from None
 
 
 class _Source:
@@ -146,7 +142,7 @@ class _Source:
             why = "it includes itself" if file in above else f"its files include each other more than {DEPTH} deep"
             raise DeckError(place, why, "write one file")
         self._count(file, place)
-        data = file.read_bytes()
+        data = read_regular(file)
         if b"\0" in data:
             raise DeckError(path.name, "it is not a text file", "name a deck of Abaqus or CalculiX")
         lines = data.decode("utf-8-sig", errors="replace").splitlines()

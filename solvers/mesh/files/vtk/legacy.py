@@ -14,6 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.safe_files import read_regular
 from softmark.solvers.mesh.files.gmsh1 import Block, Malformed
 from softmark.solvers.mesh.mesh import Floats, Ints
 
@@ -57,7 +58,7 @@ def recognised(data: bytes) -> bool:
 def read(path: Path) -> File:
     """Points, cells and arrays of numbers. Raises Malformed."""
     try:
-        return _Reader(path.read_bytes()).file()
+        return _Reader(read_regular(path)).file()
     except (ValueError, IndexError, KeyError, OverflowError) as error:
         raise Malformed(str(error) or type(error).__name__) from error
 

@@ -1,0 +1,90 @@
+"""Authentication of results that a later run takes over: HMAC-SHA-256 with a key that only this user can read.
+
+A folder of somebody else's may hold results as a run of this user would have left them, and decide what the next run
+reports. What does not carry the user's own code is computed again. The key lies in the user's cache folder and nowhere
+else; without such a folder a process only trusts what it wrote itself. Source: RFC 2104.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import secrets
+import stat
+import tempfile
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+NAME = "results.key"  # in the user's cache folder of softmark
+SIZE = 32  # bytes of the key
+
+
+def code_of(purpose: str, data: bytes) -> str:
+    """Return the authentication code of data for a purpose, as hexadecimal digits; the key is made if need be."""
+    return _code(_key() or _make_key() or _unkept_key(), purpose, data)
+
+
+def is_authentic(purpose: str, data: bytes, code: str) -> bool:
+    """Return whether a code is that of this user for the data and the purpose."""
+    known = _code(_key() or _unkept_key(), purpose, data)
+    return hmac.compare_digest(known.encode(), code.encode(errors="replace"))
+
+
+def _code(key: bytes, purpose: str, data: bytes) -> str:
+    return hmac.new(key, purpose.encode() + b"\0" + data, hashlib.sha256).hexdigest()
+
+
+def key_file() -> Path | None:
+    """Return where the key is kept; None where there is no absolute home or cache folder."""
+    root = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(root):
+        root = os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(root) / "softmark" / NAME if os.path.isabs(root) else None
+
+
+def _key() -> bytes | None:
+    """Return the key, if it is a file of this user's that nobody else may read or write."""
+    file = key_file()
+    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+    if file is None:
+        return None
+    try:
+        descriptor = os.open(file, flags)
+    except OSError:
+        return None
+    with os.fdopen(descriptor, "rb") as opened:
+        known = os.fstat(descriptor)
+        own = not hasattr(os, "getuid") or known.st_uid == os.getuid()
+        if not stat.S_ISREG(known.st_mode) or not own or known.st_mode & 0o077:
+            return None
+        key = opened.read(SIZE + 1)
+    return key if len(key) == SIZE else None
+
+
+def _make_key() -> bytes | None:
+    """Make a key and return it, or the one that another process made at the same time; None where none can be kept."""
+    file = key_file()
+    if file is None:
+        return None
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, part = tempfile.mkstemp(dir=file.parent, prefix=".part-")  # for the owner only
+        try:
+            with os.fdopen(handle, "wb") as opened:
+                opened.write(secrets.token_bytes(SIZE))
+            if file.is_symlink() or file.exists():  # what is there is no key of this user's
+                os.replace(part, file)
+            else:
+                with suppress(FileExistsError):
+                    os.link(part, file)  # unlike a rename, it takes nothing away
+        finally:
+            Path(part).unlink(missing_ok=True)
+    return _key()
+
+
+@cache
+def _unkept_key() -> bytes:
+    """Return a key of this process."""
+    return secrets.token_bytes(SIZE)
