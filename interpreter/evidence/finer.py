@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared import outside
 from softmark.interpreter.models.shared.pieces import typical
-from softmark.interpreter.models.shared.prepared import Moved, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Solution, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.base import memory
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 SHARE = 0.6  # of the memory that is left: what a finer space may take
 MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
+FACTORS = 1.8  # power of the unknowns that the cost of factors goes with, between those of plane meshes and of space
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 
 
@@ -52,11 +53,21 @@ class Above:
     coarse: Callable[[], Below]
     budget: Budget
 
-    def seen(self) -> Remembered:
-        """As a field of displacements."""
+    @cached_property
+    def solution(self) -> Solution:
+        """Displacements, stress, and what acts at the nodes, as of any other solution."""
+        from softmark.interpreter.models.answers.at_rest import at_rest
         from softmark.interpreter.models.shared.deformed import Deformed
 
-        return remembered(self.model, self.case, Deformed(self.space.mesh, self.state.reshape(-1, 3)))
+        static, x = self.static, self.static.unknowns.moved(self.state)
+        pressures = static.unknowns.pressed(static.solid, static.pieces, self.state)
+        field = remembered(
+            self.model, self.case, Deformed(self.space.mesh, x.reshape(-1, 3), pressures=pressures)
+        )
+        found = Solution("converged", None, {}, field, stress=field.stress)
+        declared = replace(static.declared, thing=self.model)
+        found = replace(found, carried=cache(lambda: static.carried(self.state)))
+        return replace(found, at_rest=at_rest(declared, self.case, static, found))
 
     @cached_property
     def solver(self) -> tuple[Any, Any]:
@@ -98,10 +109,9 @@ def found(
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.refine import Unmatched, finer, needs
     from softmark.solvers.statics.enriched import Below, StateLost, settled
+    from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
     model: Fem = declared.thing
-    if model.formulation == "mixed":
-        raise Unknown("a finer space with pressures as unknowns costs more than it tells")
     _must_forget(case)
     _must_fit(needs(solved.mesh))
     try:
@@ -110,17 +120,32 @@ def found(
         budget.check()
         static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
         problem = static.problem
-        x = above.displaced(solved.displacement).ravel()
+        x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
+        assert x is not None
         x[problem.fixed] = problem.target
         static = outside.keeping(static, x)
         problem = static.problem
+        _must_be_worth(problem.assembly, solved, budget)
         coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
-        state = settled(problem.assembly, x, coarse, budget.check)
+        if problem.assembly.saddle:  # whose pressures start from nothing: the first step says little of the others
+            state = equilibrium(replace(problem, start=x, watch=budget.check)).x
+        else:
+            state = settled(problem.assembly, x, coarse, budget.check)
+    except NotConverged as error:
+        raise Unknown(f"the finer space has no equilibrium near ({error.reason})") from error
     except (Unmatched, StateLost, Singular) as error:
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
     return Above(thing, case, above, static, state, coarse, budget)
+
+
+def _must_be_worth(assembly: Assembly, solved: Moved, budget: Budget) -> None:
+    """Raises Overspent where factors of the finer space would cost more than is left: by the unknowns, to a power."""
+    from softmark.solvers.statics.enriched import SMALL, is_direct
+
+    if is_direct(assembly) and len(assembly.free) > SMALL:
+        budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
 
 
 def _must_forget(case: Case) -> None:

@@ -102,6 +102,25 @@ class ProbeAnswer:
             return False
         return len(self.X) == 1 or (self.metric is not None and self.metric.last)
 
+    @property
+    def tensors_at_one(self) -> bool:
+        """Whether it is a number of stress or strain at one point, at the end."""
+        plain = isinstance(self.metric, OfTensors) and self.metric.measured_from is None
+        return plain and len(self.X) == 1 and self.times is None
+
+    def around(self, X: Floats, other: Solution) -> float:
+        """How far its number of stress or strain is from another solution's at points X (n, 3), in the mean square."""
+        metric: Any = self.metric
+        if self.stress is None or other.stress is None:
+            raise Unknown(NO_ERROR)
+        theirs = other.stress
+
+        def distance(own: Any, _: Any) -> float:
+            far: Floats = metric.values(own.at(X)) - metric.values(theirs().at(X))
+            return float(np.sqrt(np.mean(far**2)))
+
+        return self._of_stress(distance, self.stress)
+
     def of_single(self, apart: Floats) -> float:
         """What changes (n, 3), m, around its one point come to in the mean square, as `apart` has that of the point."""
         along = self.metric.direction if self.metric is not None and self.metric.last else None
@@ -185,7 +204,7 @@ class ProbeAnswer:
             return self._norm(other)
         if isinstance(self.metric, OfForces):
             return self._forces_apart(self.metric, other)
-        if isinstance(self.metric, OfTensors):
+        if isinstance(self.metric, OfTensors) and self.metric.measured_from is not None:
             return self._tensors_apart(self.metric, other)
         if self.unit == "m":
             return self._distance(other)

@@ -85,7 +85,7 @@ def solver(
     """The tangent in a state, and what solves with it, which raises StateLost. Raises Singular, what `watch` raises."""
     K = assembly.tangent(x, 1.0)
     watch()
-    if _direct(assembly):
+    if is_direct(assembly):
         return K, factor(K, symmetric=assembly.conservative).solve
     nearly = _preconditioner(K, below(), watch)
 
@@ -148,7 +148,7 @@ def _step(
     """Of the free unknowns by the tangent, or a definite one, and what solves with it, or nearly. Raises StateLost."""
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
-    direct = _direct(assembly)
+    direct = is_direct(assembly)
     for definite in (False,) if direct else (False, True):
         K = assembly.tangent(x, 1.0, definite)
         if not np.all(np.isfinite(K.data)):
@@ -166,7 +166,7 @@ def _step(
     return -known.solve(g), known.solve
 
 
-def _direct(assembly: Assembly) -> bool:
+def is_direct(assembly: Assembly) -> bool:
     """Whether its systems are factored."""
     return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
 

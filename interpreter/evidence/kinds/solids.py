@@ -102,12 +102,12 @@ class Solids(Sized):
         fine: ProbeAnswer
         if isinstance(seen, ToneAnswer):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
-        elif seen.in_forces:
-            raise Unknown("a finer space over the same cells has no reactions of its own")
+        elif seen.in_forces and (answer.case.contacts or answer.case.pairs):
+            raise Unknown("how bodies touch on a finer space over the same cells is not known")
         else:
-            fine = seen.at(self._finer(answer))
+            fine = seen.of(self._above(answer).solution)
         apart = fine.apart(seen)
-        if seen.single and apart > TRIFLE * fine.size:
+        if apart > TRIFLE * fine.size:
             apart = max(apart, CHANCE * self._around(answer, seen))
         size = fine.beside(apart)
         left = self._leaves(answer) * apart
@@ -119,14 +119,19 @@ class Solids(Sized):
         """How far the finer space is at the nodes of the cells around a single point, in the unit of its metric.
 
         At one point two meshes that both err may agree by chance, where their distance changes its sign; not at all
-        nodes around it.
+        nodes around it. Nothing of what is not about a single point.
         """
-        mesh, fine = answer.mesh, self._finer(answer)
-        if mesh is None:
+        mesh, tensors = answer.mesh, seen.tensors_at_one
+        if mesh is None or not (seen.single or tensors):
             return 0.0
         X, cells = mesh.mesh.points, mesh.mesh.cells
         nearest = int(np.linalg.norm(X - seen.X[-1], axis=1).argmin())
         nodes = np.unique(cells[(cells == nearest).any(axis=1)])
+        solution = self._above(answer).solution
+        if tensors:
+            return seen.around(X[nodes], solution)
+        fine = solution.displacement
+        assert fine is not None
         return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
 
     def _leaves(self, answer: Answer) -> float:
@@ -149,8 +154,8 @@ class Solids(Sized):
         return above
 
     def _finer(self, answer: Answer) -> Remembered:
-        field: Remembered = answer.once("finer", lambda: self._above(answer).seen())
-        return field
+        found: Remembered = self._above(answer).solution.displacement  # type: ignore[assignment]
+        return found
 
     def _tones(self, answer: Answer, count: int) -> Floats:
         def find() -> Floats:
