@@ -64,10 +64,13 @@ class Answer:
             raise self._kept[key]
         return self._kept[key]
 
-    def solved(self, key: str, declared: Declared, case: Case) -> tuple[Solution, dict[str, int]]:
-        """Another model solved, and its size. Raises Unknown."""
+    def solved(
+        self, key: str, declared: Declared, case: Case, costs: float = 1.0, slight: bool = False
+    ) -> tuple[Solution, dict[str, int]]:
+        """Another model solved, and its size; it `costs` so many times the solution. Raises Unknown."""
 
         def solve() -> tuple[Solution, dict[str, int]]:
+            self.budget.must_hold(costs, slight)
             from softmark.interpreter.models.prepare import prepared_model
 
             prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))

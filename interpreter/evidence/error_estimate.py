@@ -117,7 +117,7 @@ class Stated(Answer):
             return self._of_mesh(voucher, seen)
         from softmark.interpreter.evidence.stress_limits import settled
 
-        return settled(self, seen, voucher.discretisation)
+        return settled(self, seen, voucher)
 
     def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
         """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever others say."""
@@ -202,9 +202,8 @@ class Stated(Answer):
     def _stepped(self, seen: ProbeAnswer, times: float, another: str) -> float:
         """How far the same is with a step so many `times` as long. Raises Unknown."""
         analysis: Any = self.case.analysis
-        self.budget.must_hold(1.0 / times)
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
-        solution, _ = self.solved(f"step {times:g}", self.declared, case)
+        solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
             raise Unknown(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")

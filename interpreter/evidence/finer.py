@@ -61,9 +61,7 @@ class Above:
 
         static, x = self.static, self.static.unknowns.moved(self.state)
         pressures = static.unknowns.pressed(static.solid, static.pieces, self.state)
-        field = remembered(
-            self.model, self.case, Deformed(self.space.mesh, x.reshape(-1, 3), pressures=pressures)
-        )
+        field = remembered(self.model, self.case, Deformed(self.space.mesh, x.reshape(-1, 3), pressures=pressures))
         found = Solution("converged", None, {}, field, stress=field.stress)
         declared = replace(static.declared, thing=self.model)
         found = replace(found, carried=cache(lambda: static.carried(self.state)))

@@ -204,7 +204,7 @@ class ProbeAnswer:
             return self._norm(other)
         if isinstance(self.metric, OfForces):
             return self._forces_apart(self.metric, other)
-        if isinstance(self.metric, OfTensors) and self.metric.measured_from is not None:
+        if isinstance(self.metric, OfTensors):
             return self._tensors_apart(self.metric, other)
         if self.unit == "m":
             return self._distance(other)
@@ -213,6 +213,17 @@ class ProbeAnswer:
         if self.metric.summed_by.endswith("sd"):
             raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
         return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
+
+    def change(self, other: ProbeAnswer) -> float:
+        """How much the number itself changes from one of two nested solutions to the other, in the metric's unit.
+
+        Of forces and tensors that number alone: `apart` is for solutions that may agree in it by chance. Raises
+        Unknown.
+        """
+        plain = self.metric is not None and self.metric.measured_from is None and self.times is None
+        if plain and isinstance(self.metric, OfForces | OfTensors):
+            return abs(self._measured(other, None) - self.value)
+        return self.apart(other)
 
     def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
         try:

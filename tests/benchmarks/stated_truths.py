@@ -393,8 +393,14 @@ def cases() -> Iterator[Case]:
     yield cylinder("lame cylinder", "tune", 0.3, tuple(e + SMALL + s for e, s in (
         ("quad4", "3 mm"), ("quad4", "1 mm"), ("quad8", "3 mm"), ("quad9", "4 mm"), ("tri3", "1.5 mm"),
         ("tri6", "3 mm"))))  # fmt: skip
-    yield cylinder("lame cylinder, incompressible", "held", 0.5, tuple(
-        f"{e}, formulation = mixed{SMALL}{s}" for e, s in (("quad9", "3 mm"), ("quad8", "2 mm"), ("tri6", "3 mm"))))
+    yield cylinder(
+        "lame cylinder, incompressible",
+        "held",
+        0.5,
+        tuple(
+            f"{e}, formulation = mixed{SMALL}{s}" for e, s in (("quad9", "3 mm"), ("quad8", "2 mm"), ("tri6", "3 mm"))
+        ),
+    )
     yield ring("lame ring", "held", 0.3, tuple(e + SMALL + s for e, s in (
         ("quad4", "2.5 mm"), ("quad4", "1.25 mm"), ("quad8", "2.5 mm"), ("tri3", "1.25 mm"), ("tri6", "2.5 mm"),
         ("quad9", "2.5 mm"))))  # fmt: skip
@@ -408,10 +414,37 @@ def cases() -> Iterator[Case]:
         ("hex8", "5 mm"), ("tet4", "5 mm"), ("tet10", "5 mm"), ("hex8", "2.5 mm"))))  # fmt: skip
     yield ball("ball", "held", tuple(e + SMALL + s for e, s in (
         ("hex8", "2.5 mm"), ("tet4", "2.5 mm"), ("tet10", "5 mm"), ("hex20", "5 mm"), ("hex8", "5 mm"))))  # fmt: skip
-    yield balloon("inflated sphere", "held", 0.3, tuple(e + FINITE + s for e, s in (
-        ("quad4", "3 mm"), ("quad4", "1.5 mm"), ("quad8", "4 mm"), ("tri3", "1.5 mm"), ("tri6", "3 mm"))), 3)
-    yield balloon("inflated cylinder", "tune", 0.45, tuple(e + FINITE + s for e, s in (
-        ("quad4", "3 mm"), ("quad4, formulation = mean_dilatation", "1.5 mm"), ("quad8", "4 mm"), ("tri6", "3 mm"))), 2)
+    yield balloon(
+        "inflated sphere",
+        "held",
+        0.3,
+        tuple(
+            e + FINITE + s
+            for e, s in (
+                ("quad4", "3 mm"),
+                ("quad4", "1.5 mm"),
+                ("quad8", "4 mm"),
+                ("tri3", "1.5 mm"),
+                ("tri6", "3 mm"),
+            )
+        ),
+        3,
+    )
+    yield balloon(
+        "inflated cylinder",
+        "tune",
+        0.45,
+        tuple(
+            e + FINITE + s
+            for e, s in (
+                ("quad4", "3 mm"),
+                ("quad4, formulation = mean_dilatation", "1.5 mm"),
+                ("quad8", "4 mm"),
+                ("tri6", "3 mm"),
+            )
+        ),
+        2,
+    )
     yield tones("tones", "held", tuple(e + SMALL + s for e, s in (
         ("hex8", "5 mm"), ("tet4", "5 mm"), ("hex20", "10 mm"), ("tet10", "10 mm"))))  # fmt: skip
     yield cook("cook", "tune", tuple(e + SMALL + s for e, s in (

@@ -57,6 +57,10 @@ class Voucher:
         """How far what is seen is from the limit of refinement. Raises Unknown."""
         return from_coarser(self.coarser(answer), seen, self.order, answer)
 
+    def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
+        """Whether a stress or strain seems to have no limit where it is looked at; so it is where nobody can tell."""
+        return True
+
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
         """The same, coarser once or twice, with how many times coarser each is than the last. Raises Unknown."""
         raise Unknown("no coarser one of its kind is known")
@@ -103,8 +107,8 @@ class Sized(Voucher):
         cells = self.cells(answer)
         for factor in (FINER, FINER**2):
             try:
-                answer.budget.must_hold((FINER / factor) ** 3)
-                solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own)
+                costs = factor**-2.0  # cells in space cost more, time and what is done once less
+                solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own, costs)
             except Unknown:
                 if not found:
                     raise
