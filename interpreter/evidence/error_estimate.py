@@ -56,7 +56,8 @@ __all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt"
 
 VOID = ("W351",)  # states of which no part of the error says anything
 
-STEP = 3.0  # times the distance of two steps over r - 1
+STEP = 3.0  # safety factor of two steps, as of two grids (Roache 1994)
+FIRST_ORDER = ("implicit_euler",)  # integrators
 HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
 LEFT = 2.0  # times the next Newton step
 COARSE = orders.COARSE  # relative: more than that is no statement, of parts that are estimates
@@ -186,14 +187,19 @@ class Stated(Answer):
         return displacement_of(self.mesh.mesh, step)
 
     def _time(self, seen: ProbeAnswer) -> float:
-        """The same with a step twice as long, or half as long where that is explicit or would not show a course."""
+        """The same with a step twice as long, or half as long where that is explicit or would not show a course.
+
+        By the order of the integrator; where bodies meet and part, motions are not smooth, and it is one.
+        """
         analysis = self.case.analysis
         if not isinstance(analysis, Dynamic):
             return 0.0
+        smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
+        ratio = 2.0 ** (2.0 if smooth else 1.0)
         # where a step twice as long would not show a course, it might miss it just as this one does
         finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
-        return STEP * apart * (2.0 if finer else 1.0)
+        return STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0)
 
     def _steps(self, seen: ProbeAnswer) -> float:
         """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""

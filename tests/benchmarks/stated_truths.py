@@ -273,7 +273,7 @@ probe in_ = point(b, at = (3, 3, 3) mm)
         "u": ("displacement(rim, along = -x)", u, u),
         "s": ("stress(in_, component = pressure)", p, p),
         "W": ("strain_energy(b)", energy, energy),
-        "F": ("force(sx, along = +x)", p * math.pi * 0.008**2 / 4, p * R * R),  # the plane is pressed as well, from 8 mm on
+        "F": ("force(sx, along = +x)", p * math.pi * 0.008**2 / 4, p * R * R),  # planes are pressed from 8 mm on
     })  # fmt: skip
 
 
@@ -498,7 +498,7 @@ def ratio(row: dict[str, Any]) -> float | None:
 
 
 def below(row: dict[str, Any]) -> bool:
-    """Whether the true error is larger than the stated one, by more than rounding and what is not known of the truth."""
+    """Whether the true error is the larger, by more than rounding and what is not known of the truth."""
     return row["stated"] is not None and row["off"] > row["stated"] + row["slack"] + 1e-9 * row["scale"]
 
 
