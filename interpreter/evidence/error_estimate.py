@@ -40,7 +40,7 @@ from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.models.shared.prepared import Prepared
-from softmark.interpreter.problem.parts.resultants import of_selections
+from softmark.interpreter.problem.parts.resultants import missing as missing_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
@@ -106,7 +106,10 @@ class Stated(Answer):
             from softmark.interpreter.evidence.graded import lost
 
             found |= lost(self)
-        found |= of_selections(self.result.loads) | facets(self)
+        if (missing := missing_of(self.result.loads)) is not None:
+            own, voucher = missing, voucher_of(self.declared.thing)
+            found["loads"] = lambda seen: voucher.loads_left(self, seen, own) * seen.size
+        found |= facets(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})

@@ -7,7 +7,7 @@ keep its mean: finer ones of their own kind lock too.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -56,16 +56,14 @@ class Above:
     @cached_property
     def solution(self) -> Solution:
         """Displacements, stress, and what acts at the nodes, as of any other solution."""
-        from softmark.interpreter.models.answers.at_rest import at_rest
-        from softmark.interpreter.models.shared.deformed import Deformed
+        return told(self.static, self.case, self.state)
 
-        static, x = self.static, self.static.unknowns.moved(self.state)
-        pressures = static.unknowns.pressed(static.solid, static.pieces, self.state)
-        field = remembered(self.model, self.case, Deformed(self.space.mesh, x.reshape(-1, 3), pressures=pressures))
-        found = Solution("converged", None, {}, field, stress=field.stress)
-        declared = replace(static.declared, thing=self.model)
-        found = replace(found, carried=cache(lambda: static.carried(self.state)))
-        return replace(found, at_rest=at_rest(declared, self.case, static, found))
+    @cached_property
+    def missing(self) -> Mapping[str, float]:
+        """What part of each load on a surface its mesh may miss, by name."""
+        from softmark.interpreter.problem.parts.resultants import resultants
+
+        return {name: r.missing for name, r in resultants(self.case, self.static).items() if r.area is not None}
 
     @cached_property
     def solver(self) -> tuple[Any, Any]:
@@ -191,19 +189,41 @@ class _Once:
         return self._made
 
 
-def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Remembered:
-    """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
-    from softmark.interpreter.models.fem.build import at_rest
+def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
+    """A state of a solid as a solution: displacements anywhere, stress, and what acts at its nodes."""
+    from softmark.interpreter.models.answers.at_rest import at_rest
     from softmark.interpreter.models.shared.deformed import Deformed
+
+    pressures = static.unknowns.pressed(static.solid, static.pieces, state)
+    mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
+    field = remembered(static.model, case, mesh)
+    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried(state)))
+    return replace(found, at_rest=at_rest(replace(static.declared, thing=static.model), case, static, found))
+
+
+def alike(
+    scene: Scene, declared: Declared, case: Case, solved: Moved, tangent: Callable[[], Any], budget: Budget
+) -> Solution:
+    """Another model on the mesh of `solved`, started from its state. Raises Unknown.
+
+    `tangent` gives the assembly of the model that was solved and a factor of its tangent: what is near is found with
+    that, and only what is not with tangents of its own.
+    """
+    from softmark.interpreter.models.fem.build import at_rest
+    from softmark.solvers.statics.enriched import StateLost, nearby
     from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
     _must_forget(case)
     static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
-    state = static.unknowns.begun(np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel())
+    u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:
-        result = equilibrium(replace(static.problem, start=state, watch=budget.check))
+        own, known = tangent()
+        if own.dofs == static.problem.assembly.dofs and not case.contacts:
+            return told(static, case, nearby(static.problem.assembly, u, known, budget.check))
+    except (Unknown, StateLost):
+        pass  # another way is left
+    try:
+        result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
     except NotConverged as error:
         raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
-    pressures = static.unknowns.pressed(static.solid, static.pieces, result.x)
-    mesh = Deformed(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3), pressures=pressures)
-    return remembered(declared.thing, case, mesh)
+    return told(static, case, result.x)

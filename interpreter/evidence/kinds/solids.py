@@ -21,6 +21,7 @@ from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared.pieces import typical
+from softmark.interpreter.models.shared.prepared import Solution
 from softmark.interpreter.problem.case import case_for
 from softmark.interpreter.vocabulary.analyses import Dynamic
 from softmark.solvers.checks.solids import ForceBalance
@@ -31,7 +32,8 @@ ALIKE = 1.25  # the same on the mesh itself
 TIGHT = 0.49  # Poisson's ratio from which quadratic cells converge more slowly
 SEEPING = 2.0  # the order of pressures of fluid, which are linear in every cell, and of what follows them
 AGREEING = 0.67  # of what cells differ by on their own: less is left of it on the finer space where a stress is smooth
-COARSER = 0.4  # solutions that coarser meshes take, which are asked where a finer space costs too much
+OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
+SYSTEM = 0.6  # of a system of as many unknowns that is built and factored: what one that is iterated on takes, about
 CHANCE = 0.5  # of the distance in the cells around it: as near may be the one point that is looked at
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
@@ -172,8 +174,9 @@ class Solids(Sized):
         own = (answer.scene, answer.solid, answer.own)
 
         def find() -> finer.Above:
-            with answer.budget.reserving(COARSER):
-                return finer.found(*own, answer.on_nodes(), answer.tangent, answer.budget)
+            with answer.budget.reserving(OTHERS):
+                solved = answer.on_nodes(SYSTEM * (4.0 if answer.case.planar else 8.0) * answer.system)
+                return finer.found(*own, solved, answer.tangent, answer.budget)
 
         above: finer.Above = answer.once("above", find)
         return above
@@ -197,6 +200,19 @@ class Solids(Sized):
             raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
         order = SEEPING if answer.case.porous else float(thing.order)
         return from_coarser(self.coarser(answer), seen, order, answer)
+
+    def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
+        """What of the loads neither mesh has: where a finer one follows a curved side better, the distance has it."""
+        if isinstance(answer.case.analysis, Dynamic) or (
+            seen.in_forces and (answer.case.contacts or answer.case.pairs)
+        ):
+            return missing
+        try:
+            finer = self._above(answer).missing
+        except Unknown:
+            return missing
+        own = {name: load.missing for name, load in answer.result.loads.items()}
+        return max((max(0.0, 2.0 * left - own[name]) for name, left in finer.items() if name in own), default=missing)
 
     # ------------------------------------------------------------------ the measure of strain
 
@@ -250,10 +266,14 @@ class Solids(Sized):
     def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        if seen.in_forces or answer.case.porous or answer.case.pressed:  # whose past counts, or whose place
+        touching = answer.case.contacts or answer.case.pairs
+        if answer.case.porous or answer.case.pressed or (seen.in_forces and touching):  # the past counts, or the place
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
-        return seen.at(answer.once(key, lambda: finer.alike(*own, answer.on_nodes(), answer.budget)))
+        found: Solution = answer.once(
+            key, lambda: finer.alike(*own, answer.on_nodes(0.5), answer.tangent, answer.budget)
+        )
+        return seen.of(found)
 
     def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
