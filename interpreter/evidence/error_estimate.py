@@ -71,7 +71,9 @@ class Stated(Answer):
         """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
-        for name, part in self._parts().items():
+        asked = self._parts()
+        for name in sorted(asked, key=lambda name: name != "model"):  # which takes less than a finer space
+            part = asked[name]
             try:
                 with self.budget:
                     parts[name] = float(part(seen))
@@ -80,6 +82,7 @@ class Stated(Answer):
             except Unknown as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
+        parts = {name: parts[name] for name in asked}
         known = [v for v in parts.values() if v is not None]
         value = clean(sum(known)) if len(known) == len(parts) else None
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())

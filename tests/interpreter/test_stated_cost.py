@@ -1,4 +1,4 @@
-"""Solutions that stating an error takes: none where nobody asked, and those of the model's own equations where one did."""
+"""Solutions that stating an error takes: none where nobody asked, and else those of the model's own equations."""
 
 from __future__ import annotations
 

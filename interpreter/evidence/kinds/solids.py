@@ -224,7 +224,8 @@ class Solids(Sized):
             return 0.0
         if isinstance(answer.case.analysis, Dynamic):
             return THEORY * self._measures_apart(answer, seen, best)
-        return ALIKE * self._grown(answer, seen) * self._best_apart(answer, seen, thing, best)
+        apart = self._best_apart(answer, seen, thing, best)  # before a finer space takes what is left to spend
+        return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
 
     def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
         """What the model would be with the best strain measure that there is, where it is another."""
