@@ -42,6 +42,13 @@ class Answer:
         return Budget.of(self.result.time, self.asked)
 
     @property
+    def system(self) -> float:
+        """What building the model and solving one of its systems took, of the whole solution."""
+        took = {n: t.median if (t := self.result.time.get(n)) else 0.0 for n in ("setup_cpu_s", "solve_cpu_s")}
+        whole, systems = sum(took.values()), max(1, int(self.result.solve.get("iterations") or 1))
+        return (took["setup_cpu_s"] + took["solve_cpu_s"] / systems) / whole if whole > 0.0 else 1.0
+
+    @property
     def solid(self) -> Declared:
         """What is behind the model: itself, or what it reduces."""
         of = self.declared.thing.reduces
@@ -64,10 +71,13 @@ class Answer:
             raise self._kept[key]
         return self._kept[key]
 
-    def solved(self, key: str, declared: Declared, case: Case) -> tuple[Solution, dict[str, int]]:
-        """Another model solved, and its size. Raises Unknown."""
+    def solved(
+        self, key: str, declared: Declared, case: Case, costs: float = 1.0, slight: bool = False
+    ) -> tuple[Solution, dict[str, int]]:
+        """Another model solved, and its size; it `costs` so many times the solution. Raises Unknown."""
 
         def solve() -> tuple[Solution, dict[str, int]]:
+            self.budget.must_hold(costs, slight)
             from softmark.interpreter.models.prepare import prepared_model
 
             prepared, _ = prepared_model(declared, case, Workshop(scene=self.scene, measured=self.measured))
@@ -91,9 +101,9 @@ class Answer:
         size = {} if factor == 1.0 else {"size": self.solid.thing.size * factor}
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
-    def on_nodes(self) -> Moved:
-        """The mesh, deformed, for a solution that costs as much as its own. Raises Unknown."""
-        self.budget.must_hold(1.0)
+    def on_nodes(self, costs: float = 1.0) -> Moved:
+        """The mesh, deformed, for what `costs` so many times the solution. Raises Unknown."""
+        self.budget.must_hold(costs)
         if self.mesh is None:
             raise Unknown("the displacements of its nodes are not known")
         return self.mesh

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from softmark.interpreter.evidence.probe_answers import Unknown
 
-SOLUTIONS = 4.0  # times what the solution took, in all
-LEAST = 2.0  # s that may be spent in any case
+SOLUTIONS = 2.0  # times what the solution took, in all
+LEAST = 5.0  # s that may be spent in any case
+SLIGHT = 0.25  # s that a model may take for another solution that nobody asked for
 NOT_ASKED = "nobody asked for it: `--stated` does"
 
 
@@ -59,6 +61,21 @@ class Budget:
         return time.process_time() - self._since - (heard.duration if heard is not None and heard.done else 0.0)
 
     @property
+    def words(self) -> str:
+        """What it may cost in all."""
+        return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the solution"
+
+    @contextmanager
+    def reserving(self, solutions: float) -> Iterator[None]:
+        """Keep so many times the solution for what comes after, if this leads nowhere."""
+        kept = solutions * self.solution
+        self.limit -= kept
+        try:
+            yield
+        finally:
+            self.limit += kept
+
+    @property
     def left(self) -> float:
         """Seconds."""
         return self.limit - self.spent - (self._running if self._depth else 0.0)
@@ -68,16 +85,19 @@ class Budget:
         self.limit += SOLUTIONS * took
 
     def must_hold(self, solutions: float, slight: bool = False) -> None:
-        """Raises Overspent where so many times the solution cost more than what is left, or where nobody asked."""
-        if not self.asked and not slight:
+        """Raises Overspent where so many times the solution cost more than what is left, or where nobody asked.
+
+        Nobody need ask for what is `slight` beside starting a program, as a beam of fewer segments.
+        """
+        if not self.asked and not (slight and solutions * self.solution <= SLIGHT):
             raise Overspent(NOT_ASKED)
         if solutions * self.solution > self.left:
-            raise Overspent(f"it would cost more than {SOLUTIONS:g} times the solution")
+            raise Overspent(f"it would cost more than {self.words}")
 
     def check(self, *_: object) -> None:
         """Raises Overspent once it is spent."""
         if self.left < 0.0:
-            raise Overspent(f"it costs more than {SOLUTIONS:g} times the solution")
+            raise Overspent(f"it costs more than {self.words}")
 
 
 def _listener() -> Any:

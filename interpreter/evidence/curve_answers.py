@@ -35,6 +35,10 @@ class CurveAnswer(ProbeAnswer):
         """What an error relative to the displacements is multiplied by."""
         return self._of_curves(np.zeros_like(self._course(self)))
 
+    def change(self, other: ProbeAnswer) -> float:
+        """The same as `apart`. Raises Unknown."""
+        return self.apart(other)
+
     def apart(self, other: ProbeAnswer) -> float:
         """How much another solution may change the metric. Raises Unknown."""
         if not np.all(np.isfinite(other.u)):

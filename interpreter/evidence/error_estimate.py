@@ -40,7 +40,7 @@ from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.metrics.undefined import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.models.shared.prepared import Prepared
-from softmark.interpreter.problem.parts.resultants import of_selections
+from softmark.interpreter.problem.parts.resultants import missing as missing_of
 from softmark.interpreter.problem.view import View
 from softmark.interpreter.results.plain import clean
 from softmark.interpreter.results.report import ModelResult, ProbeResult
@@ -56,7 +56,8 @@ __all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt"
 
 VOID = ("W351",)  # states of which no part of the error says anything
 
-STEP = 3.0  # times the distance of two steps over r - 1
+STEP = 3.0  # safety factor of two steps, as of two grids (Roache 1994)
+FIRST_ORDER = ("implicit_euler",)  # integrators
 HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
 MODAL = 1.25  # times the error of the step in small motions: vibrations that loads hardly excite are left out
 LEFT = 2.0  # times the next Newton step
@@ -71,7 +72,9 @@ class Stated(Answer):
         """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
-        for name, part in self._parts().items():
+        asked = self._parts()
+        for name in sorted(asked, key=lambda name: name != "model"):  # which takes less than a finer space
+            part = asked[name]
             try:
                 with self.budget:
                     parts[name] = float(part(seen))
@@ -80,6 +83,7 @@ class Stated(Answer):
             except Unknown as unknown:
                 parts[name] = None
                 reasons.setdefault(str(unknown), []).append(name)
+        parts = {name: parts[name] for name in asked}
         known = [v for v in parts.values() if v is not None]
         value = clean(sum(known)) if len(known) == len(parts) else None
         reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
@@ -106,7 +110,10 @@ class Stated(Answer):
             from softmark.interpreter.evidence.graded import lost
 
             found |= lost(self)
-        found |= of_selections(self.result.loads) | facets(self)
+        if (missing := missing_of(self.result.loads)) is not None:
+            own, voucher = missing, voucher_of(self.declared.thing)
+            found["loads"] = lambda seen: voucher.loads_left(self, seen, own) * seen.size
+        found |= facets(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = self._steps
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
@@ -119,7 +126,7 @@ class Stated(Answer):
         from softmark.interpreter.evidence.stress_limits import settled
         from softmark.interpreter.evidence.surface_stress import mismatch
 
-        found = settled(self, seen, voucher.discretisation)
+        found = settled(self, seen, voucher)
         if seen.stress is None:
             return found
         # finer cells may miss alike what acts on the surface, which equilibrium does not
@@ -207,14 +214,19 @@ class Stated(Answer):
         return displacement_of(self.mesh.mesh, step)
 
     def _time(self, seen: ProbeAnswer) -> float:
-        """The same with a step twice as long, or half as long where that is explicit or would not show a course."""
+        """The same with a step twice as long, or half as long where that is explicit or would not show a course.
+
+        By the order of the integrator; where bodies meet and part, motions are not smooth, and it is one.
+        """
         analysis = self.case.analysis
         if not isinstance(analysis, Dynamic):
             return 0.0
+        smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
+        ratio = 2.0 ** (2.0 if smooth else 1.0)
         # where a step twice as long would not show a course, it might miss it just as this one does
         finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
-        return max(STEP * apart * (2.0 if finer else 1.0), self._of_modes(seen))
+        return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
 
     def _of_modes(self, seen: ProbeAnswer) -> float:
         """The error of the step in the vibrations that move what is seen, which two steps may agree on by chance."""
@@ -233,9 +245,8 @@ class Stated(Answer):
     def _stepped(self, seen: ProbeAnswer, times: float, another: str) -> float:
         """How far the same is with a step so many `times` as long. Raises Unknown."""
         analysis: Any = self.case.analysis
-        self.budget.must_hold(1.0 / times)
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
-        solution, _ = self.solved(f"step {times:g}", self.declared, case)
+        solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
         apart = seen.apart(seen.of(solution))
         if apart > COARSE * seen.size:
             raise Unknown(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")

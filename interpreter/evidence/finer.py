@@ -7,9 +7,9 @@ keep its mean: finer ones of their own kind lock too.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from softmark.interpreter.models.answers.stressed import stress_of
 from softmark.interpreter.models.fem.words import Fem
 from softmark.interpreter.models.shared import outside
 from softmark.interpreter.models.shared.pieces import typical
-from softmark.interpreter.models.shared.prepared import Moved, Workshop
+from softmark.interpreter.models.shared.prepared import Moved, Solution, Workshop
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 SHARE = 0.6  # of the memory that is left: what a finer space may take
 MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
+FACTORS = 1.8  # power of the unknowns that the cost of factors goes with, between those of plane meshes and of space
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 
 
@@ -52,11 +53,17 @@ class Above:
     coarse: Callable[[], Below]
     budget: Budget
 
-    def seen(self) -> Remembered:
-        """As a field of displacements."""
-        from softmark.interpreter.models.shared.deformed import Deformed
+    @cached_property
+    def solution(self) -> Solution:
+        """Displacements, stress, and what acts at the nodes, as of any other solution."""
+        return told(self.static, self.case, self.state)
 
-        return remembered(self.model, self.case, Deformed(self.space.mesh, self.state.reshape(-1, 3)))
+    @cached_property
+    def missing(self) -> Mapping[str, float]:
+        """What part of each load on a surface its mesh may miss, by name."""
+        from softmark.interpreter.problem.parts.resultants import resultants
+
+        return {name: r.missing for name, r in resultants(self.case, self.static).items() if r.area is not None}
 
     @cached_property
     def solver(self) -> tuple[Any, Any]:
@@ -98,10 +105,9 @@ def found(
     from softmark.solvers.linear.factorisations import Singular
     from softmark.solvers.mesh.refine import Unmatched, finer, needs
     from softmark.solvers.statics.enriched import Below, StateLost, settled
+    from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
     model: Fem = declared.thing
-    if model.formulation == "mixed":
-        raise Unknown("a finer space with pressures as unknowns costs more than it tells")
     _must_forget(case)
     _must_fit(needs(solved.mesh))
     try:
@@ -110,17 +116,32 @@ def found(
         budget.check()
         static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
         problem = static.problem
-        x = above.displaced(solved.displacement).ravel()
+        x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
+        assert x is not None
         x[problem.fixed] = problem.target
         static = outside.keeping(static, x)
         problem = static.problem
+        _must_be_worth(problem.assembly, solved, budget)
         coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
-        state = settled(problem.assembly, x, coarse, budget.check)
+        if problem.assembly.saddle:  # whose pressures start from nothing: the first step says little of the others
+            state = equilibrium(replace(problem, start=x, watch=budget.check)).x
+        else:
+            state = settled(problem.assembly, x, coarse, budget.check)
+    except NotConverged as error:
+        raise Unknown(f"the finer space has no equilibrium near ({error.reason})") from error
     except (Unmatched, StateLost, Singular) as error:
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")
     return Above(thing, case, above, static, state, coarse, budget)
+
+
+def _must_be_worth(assembly: Assembly, solved: Moved, budget: Budget) -> None:
+    """Raises Overspent where factors of the finer space would cost more than is left: by the unknowns, to a power."""
+    from softmark.solvers.statics.enriched import SMALL, is_direct
+
+    if is_direct(assembly) and len(assembly.free) > SMALL:
+        budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
 
 
 def _must_forget(case: Case) -> None:
@@ -168,19 +189,41 @@ class _Once:
         return self._made
 
 
-def alike(scene: Scene, declared: Declared, case: Case, solved: Moved, budget: Budget) -> Remembered:
-    """The displacements of another model on the mesh of `solved`, started from its state. Raises Unknown."""
-    from softmark.interpreter.models.fem.build import at_rest
+def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
+    """A state of a solid as a solution: displacements anywhere, stress, and what acts at its nodes."""
+    from softmark.interpreter.models.answers.at_rest import at_rest
     from softmark.interpreter.models.shared.deformed import Deformed
+
+    pressures = static.unknowns.pressed(static.solid, static.pieces, state)
+    mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
+    field = remembered(static.model, case, mesh)
+    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried(state)))
+    return replace(found, at_rest=at_rest(replace(static.declared, thing=static.model), case, static, found))
+
+
+def alike(
+    scene: Scene, declared: Declared, case: Case, solved: Moved, tangent: Callable[[], Any], budget: Budget
+) -> Solution:
+    """Another model on the mesh of `solved`, started from its state. Raises Unknown.
+
+    `tangent` gives the assembly of the model that was solved and a factor of its tangent: what is near is found with
+    that, and only what is not with tangents of its own.
+    """
+    from softmark.interpreter.models.fem.build import at_rest
+    from softmark.solvers.statics.enriched import StateLost, nearby
     from softmark.solvers.statics.equilibrium import NotConverged, equilibrium
 
     _must_forget(case)
     static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
-    state = static.unknowns.begun(np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel())
+    u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:
-        result = equilibrium(replace(static.problem, start=state, watch=budget.check))
+        own, known = tangent()
+        if own.dofs == static.problem.assembly.dofs and not case.contacts:
+            return told(static, case, nearby(static.problem.assembly, u, known, budget.check))
+    except (Unknown, StateLost):
+        pass  # another way is left
+    try:
+        result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
     except NotConverged as error:
         raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
-    pressures = static.unknowns.pressed(static.solid, static.pieces, result.x)
-    mesh = Deformed(solved.mesh, static.unknowns.moved(result.x).reshape(-1, 3), pressures=pressures)
-    return remembered(declared.thing, case, mesh)
+    return told(static, case, result.x)

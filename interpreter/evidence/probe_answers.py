@@ -103,6 +103,25 @@ class ProbeAnswer:
             return False
         return len(self.X) == 1 or (self.metric is not None and self.metric.last)
 
+    @property
+    def tensors_at_one(self) -> bool:
+        """Whether it is a number of stress or strain at one point, at the end."""
+        plain = isinstance(self.metric, OfTensors) and self.metric.measured_from is None
+        return plain and len(self.X) == 1 and self.times is None
+
+    def around(self, X: Floats, other: Solution) -> float:
+        """How far its number of stress or strain is from another solution's at points X (n, 3), in the mean square."""
+        metric: Any = self.metric
+        if self.stress is None or other.stress is None:
+            raise Unknown(NO_ERROR)
+        theirs = other.stress
+
+        def distance(own: Any, _: Any) -> float:
+            far: Floats = metric.values(own.at(X)) - metric.values(theirs().at(X))
+            return float(np.sqrt(np.mean(far**2)))
+
+        return self._of_stress(distance, self.stress)
+
     def of_single(self, apart: Floats) -> float:
         """What changes (n, 3), m, around its one point come to in the mean square, as `apart` has that of the point."""
         along = self.metric.direction if self.metric is not None and self.metric.last else None
@@ -195,6 +214,17 @@ class ProbeAnswer:
         if self.metric.summed_by.endswith("sd"):
             raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
         return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
+
+    def change(self, other: ProbeAnswer) -> float:
+        """How much the number itself changes from one of two nested solutions to the other, in the metric's unit.
+
+        Of forces and tensors that number alone: `apart` is for solutions that may agree in it by chance. Raises
+        Unknown.
+        """
+        plain = self.metric is not None and self.metric.measured_from is None and self.times is None
+        if plain and isinstance(self.metric, OfForces | OfTensors):
+            return abs(self._measured(other, None) - self.value)
+        return self.apart(other)
 
     def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
         try:

@@ -11,12 +11,13 @@ without that; where the free face goes on flat, as beside a punch without fricti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.orders import HOPELESS
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.metrics.metric import Metric
@@ -32,6 +33,7 @@ from softmark.solvers.mesh.neighbours import neighbours
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from softmark.interpreter.evidence.kinds.voucher import Voucher
     from softmark.solvers.mesh.mesh import Mesh
 
     Floats = NDArray[np.float64]
@@ -54,14 +56,18 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
     return None
 
 
-def settled(answer: Answer, seen: ProbeAnswer, discretisation: Callable[[Answer, ProbeAnswer], float]) -> float:
-    """The error of the mesh in a metric of stress or strain. Raises Unknown where there is no limit, or seems to be."""
+def settled(answer: Answer, seen: ProbeAnswer, voucher: Voucher) -> float:
+    """The error of the mesh in a metric of stress or strain. Raises Unknown where there is no limit, or seems to be.
+
+    In a corner that turns inward, stresses of the cells around a point differ by more on every finer mesh, as the
+    stress itself grows; where it has a limit they come to agree, however coarse the mesh is.
+    """
     metric = seen.metric
     assert isinstance(metric, OfTensors)
     if place := limitless(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
         raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
-    found = discretisation(answer, seen)
-    if found > UNSETTLED * seen.size:
+    found = voucher.discretisation(answer, seen)
+    if found > HOPELESS * seen.size or (found > UNSETTLED * seen.size and voucher.is_singular(answer, seen)):
         raise Unknown(f"it is not settled: refinement may change it by {100 * found / seen.size:.2g} % and more")
     return found
 

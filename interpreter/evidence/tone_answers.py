@@ -71,6 +71,10 @@ class ToneAnswer(ProbeAnswer):
         """That of another solution."""
         return replace(self, vibrations=solution.vibrations)
 
+    def change(self, other: ProbeAnswer) -> float:
+        """The same as `apart`, Hz. Raises Unknown."""
+        return self.apart(other)
+
     def apart(self, other: ProbeAnswer) -> float:
         """How far that of another solution is from this one, Hz. Raises Unknown."""
         if not isinstance(other, ToneAnswer):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.metric import Floats
-    from softmark.interpreter.results.reactions import AtRest
+    from softmark.interpreter.results.reactions import AtRest, Reaction
 else:
     from softmark.solvers.base.deferred import np
 
@@ -49,10 +49,14 @@ class StrainEnergy(OfForces):
     def distance(self, rest: AtRest, right: AtRest) -> float:
         """Not less than what reactions are apart, relative: too little here and too much there is no agreement."""
         own = super().distance(rest, right)
-        sizes = [float(np.linalg.norm(r.force)) for r in right.reactions.values()]
-        gaps = (
-            float(np.linalg.norm(np.subtract(r.force, rest.reactions[name].force)))
-            for name, r in right.reactions.items()
-        )
-        most, largest = max(gaps, default=0.0), max(sizes, default=0.0)
+
+        theirs = {name: _wrench(r, right.extent) for name, r in right.reactions.items()}
+        largest = max((float(np.linalg.norm(w, axis=1).max()) for w in theirs.values()), default=0.0)
+        gaps = (w - _wrench(rest.reactions[name], right.extent) for name, w in theirs.items())
+        most = max((float(np.linalg.norm(gap, axis=1).max()) for gap in gaps), default=0.0)
         return max(own, most / largest * right.energy) if largest > 0.0 else own
+
+
+def _wrench(reaction: Reaction, extent: float) -> Floats:
+    """The force of a reaction and its moment over the `extent` of the body, N (2, 3): forces of a twist are nothing."""
+    return np.array([reaction.force, np.asarray(reaction.own_moment) / (extent or 1.0)])

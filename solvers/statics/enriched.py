@@ -26,6 +26,7 @@ LARGER = 40_000  # the same where iterations lead nowhere
 CLOSE = 2e-2  # relative residual of the systems, and their error in the energy norm
 NEAR = 0.1  # the same of a step to a mode, whose frequency it changes by its square
 SETTLED = 0.03  # of the first step: a step this short is the last
+NEARBY = 1e-3  # the same where steps cost next to nothing
 ROUNDED = 1e-12  # of the displacements: a step this short is rounding, and those after it are no shorter
 CRAWL = 3.0  # times that, of the way so far: what the steps of DELAY iterations may add up to where they have settled
 STEPS = 10  # of Newton's method at most
@@ -79,13 +80,33 @@ def settled(
     raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
 
 
+def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None) -> Floats:
+    """The equilibrium (dofs,) near x by the factor of a tangent that is nearly its own: of another law there.
+
+    Raises StateLost where steps do not halve one after another, or lead out of the law, and what `watch` raises.
+    """
+    first = before = 0.0
+    with np.errstate(all="ignore"), ALONE:
+        for _ in range(STEPS):
+            watch()
+            d = np.zeros_like(x)
+            d[assembly.free] = -known.solve(assembly.gradient(x, 1.0)[assembly.free])
+            size = float(np.linalg.norm(d))
+            if before and not size <= 0.5 * before:
+                break
+            x, first, before = _inside(assembly, x, d), first or size, size
+            if size <= ROUNDED * float(np.linalg.norm(x)) or size <= NEARBY * first:
+                return x
+    raise StateLost("the tangent of one law does not lead to the equilibrium of another")
+
+
 def solver(
     assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
 ) -> tuple[sparse.csr_matrix, Solve]:
     """The tangent in a state, and what solves with it, which raises StateLost. Raises Singular, what `watch` raises."""
     K = assembly.tangent(x, 1.0)
     watch()
-    if _direct(assembly):
+    if is_direct(assembly):
         return K, factor(K, symmetric=assembly.conservative).solve
     nearly = _preconditioner(K, below(), watch)
 
@@ -148,7 +169,7 @@ def _step(
     """Of the free unknowns by the tangent, or a definite one, and what solves with it, or nearly. Raises StateLost."""
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
-    direct = _direct(assembly)
+    direct = is_direct(assembly)
     for definite in (False,) if direct else (False, True):
         K = assembly.tangent(x, 1.0, definite)
         if not np.all(np.isfinite(K.data)):
@@ -166,7 +187,7 @@ def _step(
     return -known.solve(g), known.solve
 
 
-def _direct(assembly: Assembly) -> bool:
+def is_direct(assembly: Assembly) -> bool:
     """Whether its systems are factored."""
     return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
 

@@ -16,7 +16,7 @@ from softmark.interpreter.evidence.error_estimate import is_doubt
 from softmark.interpreter.models.builders import build
 from softmark.interpreter.models.shared.prepared import Workshop
 from softmark.interpreter.problem.case import case_for
-from softmark.interpreter.problem.parts.resultants import doubts, of_selections, resultants
+from softmark.interpreter.problem.parts.resultants import doubts, resultants
 from softmark.interpreter.report.run.html import render
 from softmark.interpreter.run.pipeline import Options, run
 
@@ -149,7 +149,6 @@ def test_the_report_says_it(tmp_path: Path) -> None:
     assert {n: set(entry) for n, entry in loads.items()} == {"push": keys, "weight": keys}
     assert loads["weight"]["area"] is None
     assert report.models["m"].stated["tip"].parts["loads"] < 1e-9
-    assert of_selections({}) == {}
     page = render(report)
     assert '<h2 id="loads-heading">Loads</h2>' in page
     assert '<th scope="col">Moment</th><th scope="col">Taken</th>' in page

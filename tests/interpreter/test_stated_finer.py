@@ -89,16 +89,12 @@ def test_the_displacement_of_a_point_has_one_in_metres() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "poisson"), [("hex8", 0.49), ("tet4", 0.499)])
 def test_elements_that_lock_have_one_that_holds_or_none(element: str, poisson: float) -> None:
-    """Of hexahedra at 0.49, 49 % off, 122 % would be stated: more than all that moves, which is none."""
+    """Hexahedra at 0.49 are 49 % off, and twice what a finer space changes, 98 %, is stated."""
     report = asked(f"model m = fem({element}, strain = corotational, size = 5 mm)", poisson=poisson)
     said = report.models["m"].stated["eta"]
     assert report.models["m"].metrics["eta"].value > 0.2
     assert "W301" in said.doubts
-    if element == "hex8":
-        assert said.value is None
-        assert "the mesh is too coarse to say: a finer space is 48.9 % away" in said.reason
-    else:
-        assert 1.0 <= ratio(report, "m") <= 3.0
+    assert 1.0 <= ratio(report, "m") <= 3.0
 
 
 @pytest.mark.parametrize("kind", ELEMENTS)
@@ -137,9 +133,11 @@ metric   eta  = energy_norm(line, against = fine)
 
 def test_what_costs_more_than_it_may_is_not_begun_or_stopped() -> None:
     budget = Budget.of({"solve_cpu_s": Timing((10.0,)), "setup_cpu_s": None}, asked=True)
-    budget.must_hold(3.9)
-    with pytest.raises(Overspent, match="more than 4 times the solution"):
-        budget.must_hold(4.1)
+    budget.must_hold(1.9)
+    with pytest.raises(Overspent, match="more than 2 times the solution"):
+        budget.must_hold(2.1)
+    with pytest.raises(Overspent, match="more than 5 s"):
+        Budget.of({"solve_cpu_s": Timing((0.1,))}, asked=True).must_hold(51.0)
     budget.spent = 41.0
     with pytest.raises(Unknown, match="costs more than"):
         budget.check()
@@ -155,7 +153,8 @@ def test_indices_of_three_grids_hold_the_error_of_power_laws() -> None:
         assert found >= 1.0 - 1e-12
         if p == 2.0:
             assert found == pytest.approx(1.25)
-    assert orders.index(0.1, 2.0, 2.0) == pytest.approx(0.3)
+    assert orders.index(0.1, 2.0, 2.0) == pytest.approx(0.1)  # Roache (1994): a factor of 3 on 0.1 / (2^2 - 1)
+    assert orders.index(1e-9, 2.0, 2.0, 0.4) == pytest.approx(0.1)  # two grids that agree by chance: the third tells
 
 
 SCENE = "softmark 1\n" + BEAM.format(

@@ -64,13 +64,14 @@ class Beams(Voucher):
         """Of half and a quarter as many segments. Raises Unknown."""
         thing = answer.declared.thing
         found: list[tuple[Solution, float]] = []
-        answer.budget.must_hold(0.75, slight=True)
         segments = thing.segments
         while segments > 1 and len(found) < 2:
             fewer = (segments + 1) // 2
             declared = replace(answer.declared, thing=replace(thing, segments=fewer))
             try:
-                solution, _ = answer.solved(f"segments {fewer}", declared, answer.case)
+                solution, _ = answer.solved(
+                    f"segments {fewer}", declared, answer.case, fewer / thing.segments, slight=True
+                )
             except Unknown:  # of one segment, supports may hold all
                 if not found:
                     raise

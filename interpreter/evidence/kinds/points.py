@@ -71,7 +71,7 @@ class Points(Voucher):
         if thing.strain == best:
             return 0.0
         other = replace(answer.declared, thing=thing.plain(strain=best))
-        right = seen.of(answer.solved("best", other, case_for(answer.scene, other))[0])
+        right = seen.of(answer.solved("best", other, case_for(answer.scene, other), slight=True)[0])
         if not (apart := right.apart(seen)) <= HOPELESS * right.size:
             raise Unknown("the best strain of its material leads to quite another state")
         return apart

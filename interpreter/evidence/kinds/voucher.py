@@ -10,6 +10,7 @@ from softmark.interpreter.evidence.answer import Answer
 from softmark.interpreter.evidence.probe_answers import ProbeAnswer, Unknown
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.metrics.tensors import OfTensors
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.shared.prepared import Prepared, Solution
 from softmark.interpreter.problem.case import Case
@@ -62,6 +63,14 @@ class Voucher:
         """How far what is seen is from the limit of refinement. Raises Unknown."""
         return from_coarser(self.coarser(answer), seen, self.order, answer)
 
+    def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
+        """What of the part of a load that its mesh may be `missing` the error of the mesh does not have, relative."""
+        return missing
+
+    def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
+        """Whether a stress or strain seems to have no limit where it is looked at; so it is where nobody can tell."""
+        return True
+
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:
         """The same, coarser once or twice, with how many times coarser each is than the last. Raises Unknown."""
         raise Unknown("no coarser one of its kind is known")
@@ -83,7 +92,10 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
     orders.must_tell([apart], seen.beside(apart))
     farther = None
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
-        farther = near.apart(near.of(second[0][0]))
+        far = near.of(second[0][0])
+        farther = near.apart(far)
+        if isinstance(seen.metric, OfTensors):  # three numbers do not agree by chance, and tensors need not
+            apart, farther = seen.change(near), near.change(far)
     if seen.in_forces and answer.case.contacts:
         from softmark.interpreter.evidence import contact_error
 
@@ -108,8 +120,8 @@ class Sized(Voucher):
         cells = self.cells(answer)
         for factor in (FINER, FINER**2):
             try:
-                answer.budget.must_hold((FINER / factor) ** 3)
-                solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own)
+                costs = factor**-2.0  # cells in space cost more, time and what is done once less
+                solution, size = answer.solved(f"size {factor:g}", answer.sized(factor), answer.own, costs)
             except Unknown:
                 if not found:
                     raise

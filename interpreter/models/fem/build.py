@@ -203,6 +203,10 @@ class PreparedSolid(OnMesh):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
+    def carried(self, state: Floats) -> carried.Carried:
+        """What acts at the nodes in a state with contacts as they are at first, friction with nothing behind it."""
+        return self._carried(state, self.unknowns.moved(state), self.contacts, {})
+
     def mass(self) -> Any:
         """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)

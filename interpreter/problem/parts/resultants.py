@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -57,12 +57,6 @@ def resultants(case: Case, prepared: Built) -> dict[str, Resultant]:
 def missing(found: Mapping[str, Resultant]) -> float | None:
     """The largest part of a load on a surface that may be wrong, relative to it; None where there is no such load."""
     return max((r.missing for r in found.values() if r.area is not None), default=None)
-
-
-def of_selections(found: Mapping[str, Resultant]) -> dict[str, Callable[[Any], float]]:
-    """What selections add to a stated error, whatever is seen, as a part that has a name."""
-    own = missing(found)
-    return {} if own is None else {"loads": lambda seen: own * seen.size}
 
 
 def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats) -> Resultant:
