@@ -248,7 +248,7 @@ def _deck(path: Path) -> Any:
     try:
         with rationed(path):
             return DeckData(read_mesh(path))
-    except (MemoryError, OSError) as error:
+    except (MemoryError, OSError, ValueError, LookupError, ArithmeticError, RecursionError) as error:
         raise UnreadableMesh(f"it cannot be read ({_reason(error)})", remedy=AGAIN) from error
 
 
