@@ -19,7 +19,7 @@ from softmark.interpreter.exchange.units import Unasked, Units
 from softmark.solvers.mesh.files.flaws import at, components, overlap, twins
 from softmark.solvers.mesh.mesh import Mesh
 
-FORCES = 20_000  # nodes with forces of their own; a scene of so many takes some 10 s to be checked
+FORCES = 10_000  # nodes with forces of their own; each takes some 7 ms of a run
 DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
 DUST = 1e-16  # of the greatest force: below what a double keeps beside it
 WIDE = 100

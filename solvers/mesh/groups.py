@@ -164,7 +164,7 @@ def refined(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
     on = (np.abs(off) < ON).all(axis=-1)  # (s, c, t)
     far: Floats = np.abs(mesh.element.places()[:, None, None] - corners).max(axis=-1)  # (a, c, b)
     # of each node a child that has it, and its number there
-    children = np.array([(np.argwhere(one < ON).tolist() or [(-1, -1)])[0] for one in far])
+    children = np.array([(np.argwhere(one < ON).tolist() or [[-1, -1]])[0] for one in far])
 
     def carried(group: Group) -> Group:
         if group.kind == "cells":

@@ -253,7 +253,7 @@ def _deck(path: Path) -> Any:
     try:
         with limited_resources(path):
             return DeckData(read_mesh(path))
-    except (MemoryError, OSError) as error:
+    except (MemoryError, OSError, ValueError, LookupError, ArithmeticError, RecursionError) as error:
         raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
 
 
