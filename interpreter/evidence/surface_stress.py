@@ -98,7 +98,7 @@ def mismatch(
     points, facets, normals = _on_faces(case, mesh, samples.X)
     if not len(points):
         return None
-    sides = stress.sides(samples.X)
+    sides = samples.sides(stress)
     single = np.bincount(sides.rows, minlength=len(samples.X)) == 1
     chosen = np.unique(points[single[points]])
     if not len(chosen):
@@ -150,7 +150,8 @@ def _with_patches(metric: OfTensors, case: Case, mesh: Mesh, place: ProbePlace, 
         middles = np.stack([np.bincount(which.ravel(), w * x) / size for x in X.T], axis=1)
         found.append(middles[domain.holds(middles)])
     X = np.concatenate(found)
-    return ProbeSamples(X, np.concatenate([samples.shares, np.zeros(len(X) - len(samples.X))]))
+    shares = np.concatenate([samples.shares, np.zeros(len(X) - len(samples.X))])
+    return ProbeSamples(X, shares, samples.materials)
 
 
 _KNOWN = (PerArea, Tensile, Follower, *INSIDE, *UNKNOWN)

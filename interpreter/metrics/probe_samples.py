@@ -31,10 +31,19 @@ Over = Literal["largest", "mean"]
 
 @dataclass(frozen=True)
 class ProbeSamples:
-    """Points X (n, 3), m, and the share (n,) that each has in a mean; the shares add up to 1."""
+    """Points X (n, 3), m, and the share (n,) that each has in a mean; the shares add up to 1.
+
+    `materials` are the numbers of those inside of a surface or a volume: on its border only their sides belong to it.
+    """
 
     X: Floats
     shares: Floats
+    materials: Ints | None = None
+
+    def sides(self, field: Stresses) -> Sides:
+        """Tensors of a field at the points, of each side that belongs to the probe."""
+        found = field.sides(self.X)
+        return found if self.materials is None else found.only(self.materials)
 
 
 @dataclass(frozen=True)
@@ -51,7 +60,13 @@ class ProbePlace:
         domain = self.domain or ProbeDomain()
         if over == "largest":
             X = self._extremes(domain, field, number)
-            return ProbeSamples(X, np.full(len(X), 1.0 / len(X)))
+            inner = self._materials(domain, field)
+            if number is None and len(X) > len(self.X):  # others may not know which side a point of the border is on
+                rows = field.sides(X).rows
+                single = np.bincount(rows, minlength=len(X)) == 1
+                single[: len(self.X)] = True
+                X = X[single]
+            return ProbeSamples(X, np.full(len(X), 1.0 / len(X)), inner)
         if domain.ends is not None:
             return _along(domain.ends, len(self.X), field)
         if domain.points is not None and domain.weights is not None:
@@ -63,6 +78,14 @@ class ProbePlace:
         if over == "mean" or self.domain is None or self.domain.border is None:
             return self.X
         return np.concatenate([self.X, self.domain.border])
+
+    def _materials(self, domain: ProbeDomain, field: Stresses) -> Ints | None:
+        """The numbers of the materials inside of a surface or a volume; None where the field has one only."""
+        inner = self.X if self.weights is not None else domain.points
+        if domain.border is None or inner is None or len(getattr(field, "each", ())) < 2:
+            return None
+        found: Ints = np.unique(field.sides(inner).materials)
+        return found
 
     def _extremes(self, domain: ProbeDomain, field: Stresses, number: Number | None) -> Floats:
         """The points (n, 3), m, at which the largest value is looked for."""
@@ -92,17 +115,17 @@ def _along(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSa
     return ProbeSamples(begin + at[:, None] * (end - begin), (size[:, None] * (0.5 * w)).ravel())
 
 
-def paired(one: Stresses, other: Stresses, X: Floats) -> tuple[Sides, Tensors]:
-    """Tensors of one field by sides at points X (n, 3), m, and of the other for each of these.
+def paired(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides, Tensors]:
+    """Tensors of one field by sides at sample points, and of the other for each of these.
 
     Where the two do not know the same materials at the same points, both are the means of their sides.
     """
-    own, theirs = one.sides(X), other.sides(X)
+    own, theirs = samples.sides(one), samples.sides(other)
     if np.array_equal(own.rows, theirs.rows) and np.array_equal(own.materials, theirs.materials):
         return own, theirs.tensors
     from softmark.solvers.stresses.measures import Sides
 
-    count = len(X)
+    count = len(samples.X)
     rows = np.arange(count)
     return Sides(rows, np.zeros(count, dtype=np.int64), own.averaged(count)), theirs.averaged(count)
 

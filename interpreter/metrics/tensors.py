@@ -60,7 +60,7 @@ class OfTensors(Metric):
         more than that (triangle inequality). On an interface each side is compared with the same side. Raises
         Undefined.
         """
-        sides, theirs = paired(one, other, samples.X)
+        sides, theirs = paired(one, other, samples)
         difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
         if self.measured_from is not None:
             return WORST * self._norm(difference, shares) / self.scale(right, samples)
@@ -84,7 +84,7 @@ class OfTensors(Metric):
         return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
 
     def _size(self, field: Stresses, samples: ProbeSamples) -> float:
-        sides = field.sides(samples.X)
+        sides = samples.sides(field)
         return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
 
     def norms(self, change: Tensors) -> Floats:
@@ -110,7 +110,7 @@ class OfTensors(Metric):
         if self.measured_from is not None:
             return self._compared(field, place, seen)
         samples = self.samples(place, field)
-        sides = field.sides(samples.X)
+        sides = samples.sides(field)
         values = self._finite(sides.tensors)
         row, value = self.reduced(values, sides.per_row(samples.shares))
         at = samples.X[sides.rows[row]][None]
@@ -142,7 +142,7 @@ class OfTensors(Metric):
         samples = self.samples(place, field)
         try:
             right = field_of(None if seen.known is None else seen.known.stress)
-            sides, known = paired(field, right, samples.X)
+            sides, known = paired(field, right, samples)
             values, theirs = self._finite(sides.tensors), self._finite(known)
         except Undefined as undefined:
             raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined

@@ -99,6 +99,14 @@ class Sides:
         np.add.at(H, self.rows, share * self.tensors.H)
         return Tensors(six, H, self.tensors.small)
 
+    def only(self, materials: Ints) -> Sides:
+        """The rows of some materials, and all rows of points that have none of these."""
+        own = np.isin(self.materials, materials)
+        none = np.bincount(self.rows, own, minlength=int(self.rows.max(initial=-1)) + 1)[self.rows] == 0.0
+        kept = own | none
+        tensors = Tensors(self.tensors.six[kept], self.tensors.H[kept], self.tensors.small)
+        return Sides(self.rows[kept], self.materials[kept], tensors)
+
     @property
     def two_valued(self) -> Any:
         """Which rows belong to points that have several sides (k,)."""

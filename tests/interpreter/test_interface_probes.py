@@ -100,6 +100,10 @@ def test_layers_of_bars(seed: int) -> None:
         text += f"metric mean_{probe} = {what}({probe}, component = xx, over = mean)\n"
         text += f"metric most_{probe} = {what}({probe}, component = xx)\n"
     text += f"metric most_on = {what}(on, component = xx)\n"
+    one = int(rng.integers(1, len(moduli)))  # a probe of one layer has nothing of its neighbours
+    text += (
+        f"probe layer = volume(bar, where = r{one}, size = 6 mm)\nmetric most_layer = {what}(layer, component = xx)\n"
+    )
     found = run(text).models["m"]
     assert found.status == "converged"
     values = {name: metric.value for name, metric in found.metrics.items()}
@@ -119,6 +123,7 @@ def test_layers_of_bars(seed: int) -> None:
         "most_side": max(each),
         "most_along": max(here),
         "most_on": max(here),
+        "most_layer": each[one],
     }
     assert values == pytest.approx(right, rel=1e-6), text
     sides = found.metrics["most_on"].details["sides_1" if row else "sides_Pa"]
