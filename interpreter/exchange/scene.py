@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -65,13 +66,20 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     mesh = None
     if deck.mesh is None:
         mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces)
-    left, turned = tuple(dict.fromkeys(deck.left)), _turned(deck, units)
+    left, turned = _counted(deck.left), _turned(deck, units)
     taken = list(deck.taken)  # that cells are turned is told by a warning of its own
     if turned is not None:
         deck.taken.append(f"{turned}: a scene turns them")
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
     scene = format_source(Source(deck.title, text))
     return Written(scene, mesh, left, turned, tuple(dict.fromkeys(taken)), tuple(dict.fromkeys(deck.ended)))
+
+
+def _counted(every: Sequence[Left]) -> tuple[Left, ...]:
+    """Each loss once, with how many times the file has it."""
+    return tuple(
+        own if many == 1 else replace(own, what=f"{own.what}, {many} times") for own, many in Counter(every).items()
+    )
 
 
 def _one_piece(deck: Deck) -> None:
