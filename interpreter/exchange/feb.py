@@ -443,6 +443,9 @@ class _Reader:
             known = vector is not None and (scale is not None or own.find("scale") is None)
             value, count = (vector * (1.0 if scale is None else scale) if known and vector is not None else None), 3
         else:
+            if kind not in ("pressure", "traction"):
+                self._leave(what, f"it is a `{kind[:40]}`: of loads on surfaces, pressures and tractions are read")
+                return
             self._leave(what, "a pressure here follows the surface, a traction is dead: of FEBio's `linear` 0, and 1")
             return
         faces = self._faces(name, found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -68,11 +69,18 @@ def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written
     mesh = None
     if deck.mesh is None:
         mesh = mesh_file.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets)
-    left, turned, taken = tuple(dict.fromkeys(deck.left)), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
+    left, turned, taken = _counted(deck.left), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
     deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
     text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
     scene = format_source(Source(deck.title, text))
     return Written(scene, mesh, left, turned, taken, tuple(dict.fromkeys(deck.ended)))
+
+
+def _counted(every: Sequence[Left]) -> tuple[Left, ...]:
+    """Each loss once, with how many times the file has it."""
+    return tuple(
+        own if many == 1 else replace(own, what=f"{own.what}, {many} times") for own, many in Counter(every).items()
+    )
 
 
 def _count_pieces(deck: Deck) -> None:

@@ -68,5 +68,5 @@ def folded_at_corners(mesh: Mesh) -> NDArray[np.bool_]:
     inner = np.polynomial.legendre.leggauss(POINTS)[0]
     corners, points = (np.stack(np.meshgrid(s, s, s), axis=-1).reshape(-1, 3) for s in (ends, inner))
     least = 1e-3 * np.abs(mesh.volumes) / mesh.element.volume  # of the mean of det dX/dxi: what is less is flat
-    found: NDArray[np.bool_] = (jacobians(mesh, corners) <= 0.0).any(axis=1)
-    return found & (jacobians(mesh, points) > least[:, None]).all(axis=1)
+    turned = np.asarray((jacobians(mesh, corners) <= 0.0).any(axis=1), dtype=np.bool_)
+    return np.asarray(turned & (jacobians(mesh, points) > least[:, None]).all(axis=1), dtype=np.bool_)

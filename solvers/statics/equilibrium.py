@@ -33,7 +33,16 @@ from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.systems import Linear, Systems
 from softmark.solvers.statics.arc_length import PathFollower
 from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
-from softmark.solvers.statics.problem import Criterion, Equilibrium, Iteration, NotConverged, Statics, Watch
+from softmark.solvers.statics.problem import (
+    HELD,
+    SLIDES,
+    Criterion,
+    Equilibrium,
+    Iteration,
+    NotConverged,
+    Statics,
+    Watch,
+)
 from softmark.solvers.statics.stability import critical_load, direct, loose_motion, rounding_error, softness
 from softmark.solvers.statics.steps import raised, strayed
 from softmark.solvers.statics.towing import begun
@@ -76,7 +85,10 @@ def _explained(problem: Statics, history: list[Iteration], failure: NotConverged
     if critical is not None:
         reason = f"it buckles at {100 * critical:.3g} % of the load, and of the states beyond: {reason}"
         facts = {**facts, "critical_load": critical}
-    loose = loose_motion(problem) if left is None else None
+    slides = reason.startswith(SLIDES)
+    loose = loose_motion(problem) if left is None or slides else None
+    if slides:  # a body on springs of its own, which hold it for a while, has its reason from what knows them
+        reason += ", and nothing else holds it" if loose is not None else HELD
     return NotConverged(reason, tuple(history), facts, left, loose)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.hardened import SOFT, fallen, in_steps, like, softened, take
-from softmark.solvers.statics.problem import NotConverged
+from softmark.solvers.statics.problem import SLIDES, NotConverged
 
 if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
@@ -96,7 +96,7 @@ def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) 
     each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
     if x is None or any(e.holds(x) for e in each):
         return failure
-    reason = f"all that touches slides at {100 * load:.4g} % of the load, and nothing else holds it"
+    reason = f"{SLIDES} at {100 * load:.4g} % of the load"
     return NotConverged(reason, failure.history, failure.facts, failure.unstable, failure.loose)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Wandering
 from softmark.solvers.energies.ground import Ground
-from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
+from softmark.solvers.statics.problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
 
 REACH = 0.1  # of its size: how far loads take a free body at a time
 WEAKER = 100.0  # times, from place to place, as long as it bears less and less
@@ -96,7 +96,8 @@ def _arrived(assembly: Assembly) -> Assembly:
 def _why(problem: Statics, ground: Ground, x: Floats, borne: float) -> str:
     each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
-        return "all that touches slides at 100 % of the load, and nothing else holds it"
+        held = problem.fixed.size > 0 or any(e.grounded for e in problem.assembly.internal if not isinstance(e, Ground))
+        return f"{SLIDES} at 100 % of the load{HELD if held else ', and nothing else holds it'}"
     way = ground.forces(x).sum(axis=0)
     size = float(np.linalg.norm(way))
     along = "" if not size else f" along ({', '.join(f'{c:.2g}' for c in np.round(way / size, 6) + 0.0)})"

@@ -17,6 +17,8 @@ from softmark.solvers.linear.systems import Linear
 
 Criterion = Literal["residual", "energy", "rounding", "cap"]
 Watch = Callable[["Iteration"], None]
+SLIDES = "all that touches slides"  # how a reason begins if friction holds nothing
+HELD = ", and no equilibrium was found with what supports and foundations hold"
 
 
 @dataclass(frozen=True)

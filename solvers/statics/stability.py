@@ -22,7 +22,8 @@ STEPS = 20  # whole steps to a state of the primary path
 LOOKS = 25  # states of the primary path that are looked at
 CLOSE = 1e-3  # relative width of the bracket around a critical load
 BESIDE = 2e-4  # relative distance of its two ends from the estimate
-LOOSE = 1e-9  # of the stiffness: below it a motion is not resisted
+SHIFT = 1e-12  # of the stiffness: makes a singular matrix one that can be factorised
+LOOSE = 1e-13  # of the stiffness: below it a motion is not resisted, to rounding; slender parts resist 1e-10 of it
 
 
 @dataclass(frozen=True)
@@ -213,7 +214,7 @@ def loose_motion(problem: Statics) -> Floats | None:
     stiff = float(np.abs(K.diagonal()).max())
     v = np.random.default_rng(0).standard_normal(K.shape[0])
     try:
-        factor = newton.systems.direct((K + 1e-3 * LOOSE * stiff * sparse.eye(K.shape[0])).tocsr())
+        factor = newton.systems.direct((K + SHIFT * stiff * sparse.eye(K.shape[0])).tocsr())
         for _ in range(4):
             v = factor.solve(v)
             v /= np.linalg.norm(v)

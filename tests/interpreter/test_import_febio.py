@@ -59,5 +59,5 @@ def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> No
 def test_what_was_taken_in_one_way_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["import", str(PARTS / "cube-pressed.feb")]) == 0
-    assert "note: cube-pressed.feb: taken so: what follows a curve has the size" in capsys.readouterr().err
+    assert "what follows a curve has the size that it has at the end" in capsys.readouterr().err
     assert "unit = 1 mm" in (tmp_path / "cube-pressed.scene").read_text()

@@ -352,3 +352,22 @@ def test_follower_loads_are_judged_by_the_symmetric_part_whatever_solved_the_ste
         blind = method in ("multigrid", "conjugate_gradients")
         assert newton.definite(pressed.rest) is (None if blind else known)
         assert newton.last is before  # of which condition and rounding are told
+
+
+# ------------------------------------------------------------------ what nothing resists
+
+
+@pytest.mark.parametrize("slender", [20.0, 100.0])
+def test_a_slender_part_that_is_clamped_is_held(
+    slender: float, elastic: Energies, problem: Problems, law: Maker
+) -> None:
+    """It resists bending by (h/L)^3 and less of its stiffness along, which is not nothing; on rollers nothing does."""
+    from softmark.solvers.statics.stability import loose_motion
+
+    mesh = Box((slender, 1.0, 1.0)).mesh("hex8", 1.0)
+    clamped = np.zeros_like(mesh.points, dtype=bool)
+    clamped[mesh.points[:, 0] < 1e-9] = True
+    rolling = clamped.copy()
+    rolling[:, 0] = False
+    assert loose_motion(problem(mesh, elastic(mesh, law("small")), clamped)) is None
+    assert loose_motion(problem(mesh, elastic(mesh, law("small")), rolling)) is not None

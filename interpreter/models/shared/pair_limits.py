@@ -21,7 +21,10 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",
                          "`fem(...)` takes it")  # fmt: skip
-        elif case.remembers or case.porous or not isinstance(case.analysis, Static | Dynamic):
+        elif not (case.remembers or case.porous or isinstance(case.analysis, Static | Dynamic)):
+            yield _error(pair, f"`{pair.name}` is found at rest and in motion, and not in `quasistatic(...)`",
+                         "not in this analysis", "use `static(...)` or `dynamic(...)`")  # fmt: skip
+        elif case.remembers or case.porous:
             yield _error(pair, f"`{pair.name}` is found of what has no past alone", "stress relaxes, or fluid seeps",
                          "use `static(...)` or `dynamic(...)`, and a material without memory or fluid")  # fmt: skip
         elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):

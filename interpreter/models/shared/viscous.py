@@ -12,7 +12,7 @@ from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
 from softmark.solvers.materials.viscous import Viscous
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Declared
+    from softmark.interpreter.language.scene import Declared, Location
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.energies.energy import Floats
 
@@ -73,10 +73,18 @@ def _whatever(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
                          "move it by `displaced(...)`")  # fmt: skip
 
 
+def _of_whom(declared: Declared, case: Case) -> tuple[Location, str]:
+    """The place of the material that a model has, and whose it is: the model's own, or else that of the body."""
+    if getattr(declared.thing, "material", None) is not None:
+        return declared.at("material"), declared.name
+    return case.body.at("material"), case.body.name
+
+
 def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """What of a beam does not go with a past."""
     if not case.uniform:
-        yield diagnostic("E362", case.body.at("material"), f"the constants of `{case.body.name}` vary, and it relaxes",
+        at, named = _of_whom(declared, case)
+        yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
                          "not together", "use constants that are the same everywhere")  # fmt: skip
 
 
@@ -87,7 +95,8 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
                          "use a solid that is thin, or `plane_strain`")  # fmt: skip
         return
     if not case.uniform:
-        yield diagnostic("E362", case.body.at("material"), f"the constants of `{case.body.name}` vary, and it relaxes",
+        at, named = _of_whom(declared, case)
+        yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
                          "not together", "use parts of constant material: `region stiff = part(...)`")  # fmt: skip
         return
     for material in case.materials:
@@ -100,11 +109,13 @@ def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> It
     from softmark.solvers.materials.relaxing import part_of
 
     if material.of == "whole" and model.formulation != "displacement":
-        yield diagnostic("E362", declared.at("formulation"), f"all stress of `{case.body.name}` relaxes, and the"
+        whose = _of_whom(declared, case)[1]
+        yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes, and the"
                          f" pressures of `{declared.name}` do not", "not with `of = whole`",
                          "leave `of` out: the stress of shape relaxes")  # fmt: skip
     elif model.strain == "finite" and material.law.finite_law() is not None and part_of(material, "finite") is None:
-        yield diagnostic("E362", case.body.at("material"), f"the law of `{case.body.name}` has no stress of shape"
+        at, named = _of_whom(declared, case)
+        yield diagnostic("E362", at, f"the law of `{named}` has no stress of shape"
                          " alone",
                          "needs one that comes apart", "use `neo_hookean_isochoric(...)`, or `of = whole`")  # fmt: skip
 
