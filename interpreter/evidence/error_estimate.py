@@ -24,6 +24,7 @@ import numpy as np
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import orders, rounding
 from softmark.interpreter.evidence.answer import Answer
+from softmark.interpreter.evidence.budget import Overspent
 from softmark.interpreter.evidence.doubts import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.evidence.faceted import facets
 from softmark.interpreter.evidence.kinds import voucher_of
@@ -239,8 +240,14 @@ class Stated(Answer):
         return MODAL * (found.relative * seen.size if own is None else own)
 
     def _steps(self, seen: ProbeAnswer) -> float:
-        """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left."""
-        return STEP * HALVED * self._stepped(seen, 0.5, "half of it")
+        """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left.
+
+        Where that costs too much by a step twice as long, as if they were of first order.
+        """
+        try:
+            return STEP * HALVED * self._stepped(seen, 0.5, "half of it")
+        except Overspent:
+            return STEP * self._stepped(seen, 2.0, "another one")
 
     def _stepped(self, seen: ProbeAnswer, times: float, another: str) -> float:
         """How far the same is with a step so many `times` as long. Raises Unknown."""

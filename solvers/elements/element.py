@@ -82,7 +82,7 @@ class Element(Protocol):
     integrations: ClassVar[tuple[str, ...]]  # at all points in `full`, of the volume at the centre in `selective`
     springs: ClassVar[bool]  # whether its edges and diagonals make a network
     finer: ClassVar[str]  # the element of its finer space: another on the same cells, or itself on eight for each
-    leaves: ClassVar[float]  # error of a solution, times how far the finer space's is away: as of first order, or more
+    leaves: ClassVar[float]  # error over the distance of the finer space: as of an order of 0.85 or more
 
     # ---- of its reference cell
     family: ClassVar[str]  # tetrahedra | hexahedra

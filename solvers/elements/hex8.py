@@ -37,7 +37,7 @@ class Hex8(Hexahedron):
     constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.45
     finer: ClassVar[str] = "hex8"
-    leaves: ClassVar[float] = 2.0
+    leaves: ClassVar[float] = 2.25
     most: ClassVar[float] = 4e6
     pressures: ClassVar[str | None] = "cell"
     formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed", "mean_dilatation")

@@ -23,7 +23,7 @@ class QuadraticHexahedron(Hexahedron):
 
     order: ClassVar[int] = 2
     constant: ClassVar[bool] = False
-    leaves: ClassVar[float] = 2.0
+    leaves: ClassVar[float] = 2.25
     pressures: ClassVar[str | None] = "corners"
     formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed")
     integrations: ClassVar[tuple[str, ...]] = ("full",)

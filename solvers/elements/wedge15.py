@@ -35,7 +35,7 @@ class Wedge15(Wedge):
     constant: ClassVar[bool] = False
     locks: ClassVar[float] = 0.4995
     finer: ClassVar[str] = "wedge15"
-    leaves: ClassVar[float] = 2.0
+    leaves: ClassVar[float] = 2.25
     most: ClassVar[float] = 2e6
     pressures: ClassVar[str | None] = "corners"
     formulations: ClassVar[tuple[str, ...]] = ("displacement", "mixed")
