@@ -47,7 +47,8 @@ class EnergyStress:
 
     def entry(self, F: Floats, i: int, J: int) -> Floats:
         """P_iJ (n,), Pa. Raises ValueError as the call does."""
-        return self._slopes(F, ((i, J),))[0][0]
+        found: Floats = self._slopes(F, ((i, J),))[0][0]
+        return found
 
     def _slopes(self, F: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats]:
         """Derivatives by some entries of F (k, n), and a bound of their error (n,)."""
@@ -84,10 +85,10 @@ class EnergyStress:
                 size = np.maximum(size, np.abs(mean[2]) + np.abs(apart[2, column]))
                 curvature = np.maximum(curvature, np.abs(mean[2] - mean[0]))
             second, fourth, sixth = (np.tensordot(w, apart, 1) / h for w in ORDERS.values())
-            first, next_ = np.abs(fourth - second).max(axis=0), np.abs(sixth - fourth).max(axis=0)
-            left = np.where(next_ > 0.0, next_ * np.minimum(1.0, next_ / first), 0.0)  # orders go on as they began
-            far_ = np.abs(f).max(axis=(0, 1))
-            rounding = EPS * (size / h + far_ * (np.abs(sixth).max(axis=0) / h + 0.25 * curvature / h**2))
+            lower, higher = np.abs(fourth - second).max(axis=0), np.abs(sixth - fourth).max(axis=0)
+            left = np.where(higher > 0.0, higher * np.minimum(1.0, higher / lower), 0.0)  # orders go on as they began
+            size_of_F = np.abs(f).max(axis=(0, 1))
+            rounding = EPS * (size / h + size_of_F * (np.abs(sixth).max(axis=0) / h + 0.25 * curvature / h**2))
         return sixth, left, rounding
 
 
@@ -97,7 +98,8 @@ def least_stretch(F: Floats) -> Floats:
     sides = np.cross(b, c), np.cross(c, a), np.cross(a, b)
     norm = np.sqrt(sum(np.einsum("ni,ni->n", s, s) for s in sides))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(np.abs(np.einsum("ni,ni->n", a, sides[0])) / norm)
+        found: Floats = np.nan_to_num(np.abs(np.einsum("ni,ni->n", a, sides[0])) / norm)
+    return found
 
 
 def with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.checks.differences import EnergyStress, Scalar
+from softmark.solvers.checks.differences import EnergyStress, Scalar, with_error
 from softmark.solvers.checks.pressures import Split, at_points
 from softmark.solvers.checks.solids import (
     CheckedBody,
@@ -24,7 +24,6 @@ from softmark.solvers.checks.solids import (
     cofactor,
     rule,
     shape,
-    with_error,
 )
 from softmark.solvers.materials.frame import Frame
 

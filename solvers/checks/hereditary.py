@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from softmark.records import dataclass
+from softmark.solvers.checks.differences import with_error
 from softmark.solvers.checks.pressures import Pressed, Split
 from softmark.solvers.checks.solids import (
     CheckedBody,
@@ -25,7 +26,6 @@ from softmark.solvers.checks.solids import (
     polar,
     rule,
     shape,
-    with_error,
 )
 
 Measure = Literal["small", "turned", "green", "shape"]

@@ -6,6 +6,7 @@ Distances by Gram's matrix, the law of the barrier and the way of forces to corn
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,7 @@ def pressed(
     return found, back
 
 
-def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Ints, Ints, Floats]]:
+def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
     """Points (c,), corners (c, k) of simplices of v corners, and how often each counts (c,): faces, sides, corners."""
     k = faces.shape[1]
     corners = faces[pairs[:, 1]]

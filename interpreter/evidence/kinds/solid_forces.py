@@ -76,6 +76,18 @@ class Solved:
             found = found | of_pairs(self.case, self.mesh, self.u)
         return found, unsure
 
+    @cached_property
+    def looked_at(self) -> Any:
+        """Nodes whose forces are balanced (k,): None for all, of a large mesh a sample."""
+        if self.model.formulation != "displacement" or self.case.porous:
+            return None
+        return solids.sample(len(self.mesh.points), self.mesh.cells, len(solids.rule(self.mesh.kind)[1]))[0]
+
+    @cached_property
+    def balanced(self) -> tuple[Floats, float, float]:
+        """What `inside` finds at these nodes. Raises Unchecked."""
+        return self.inside(self.looked_at)
+
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
         """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
 
@@ -139,17 +151,15 @@ def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
 
 def balance_of(state: Solved) -> ForceBalance:
     """The forces of finite elements found again. Raises Unchecked."""
-    mesh, chosen = state.mesh, None
-    if state.model.formulation == "displacement" and not state.case.porous:
-        chosen, _ = solids.sample(len(mesh.points), mesh.cells, len(solids.rule(mesh.kind)[1]))
-    inside, lacking, noise = state.inside(chosen)
+    inside, lacking, noise = state.balanced
     outside, unsure = state.loads
-    return solids.balance(inside, outside, state.held, noise + unsure / LEFT, chosen, lacking)
+    return solids.balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
 
 
 def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
     """What every support does, from the cells around what it holds, and what rounding leaves, N. Raises Unchecked."""
-    inside, _, noise = state.inside(np.flatnonzero(state.held.any(axis=1)))
+    every = state.looked_at is None
+    inside, _, noise = state.balanced if every else state.inside(np.flatnonzero(state.held.any(axis=1)))
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
     held = by_support(state.case, state.mesh, inside - outside, x)
