@@ -91,9 +91,9 @@ class _Reader:
             own[0].append(cells)
             own[1].append(which)
         found, order = [], []
-        for word, (cells, which) in blocks.items():
-            found.append(Block(word, np.concatenate(cells)))
-            order.append(np.concatenate(which))
+        for word, (lists, numbers) in blocks.items():
+            found.append(Block(word, np.concatenate(lists)))
+            order.append(np.concatenate(numbers))
         on_cells = {name: [values[which] for which in order] for name, values in self.arrays["CELL_DATA"].items()
                     if len(values) == total}  # fmt: skip
         return File(self.points, found, {k: v for k, v in on_points.items() if len(v) == n}, on_cells)
