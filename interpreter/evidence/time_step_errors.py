@@ -67,7 +67,9 @@ def _compared(u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: A
         return None
     off = float(np.linalg.norm(error[-1])) if at_end else float(np.sqrt((error**2).mean(axis=0).sum()))
     off = min(off, off / own * swing)  # a large motion may be smaller than the linear one, and its error with it
-    each = [float(np.linalg.norm(s)) for s in shapes] * np.abs(modes.error if not at_end else modes.error[-1:]).max(axis=0)
+    each = [float(np.linalg.norm(s)) for s in shapes] * np.abs(modes.error if not at_end else modes.error[-1:]).max(
+        axis=0
+    )
     return MetricError(off / swing, _period(modes.frequencies, each), off)
 
 

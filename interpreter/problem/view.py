@@ -42,5 +42,7 @@ class View:
     solve: Mapping[str, Any] = field(default_factory=dict)
     stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
     at_rest: AtRest | None = None  # of a model: what supports carry, and energies
-    step_errors: Callable[[], Any] | None = None  # of a motion: the error of its time step by modes, made when asked for
+    step_errors: Callable[[], Any] | None = (
+        None  # of a motion: the error of its time step by modes, made when asked for
+    )
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

@@ -24,7 +24,6 @@ class PassedThrough(NotConverged):
     """A rigid body has passed through the surface in one step: smaller steps may avoid it."""
 
 
-
 def clear(problem: Statics, find: Find) -> Equilibrium:
     """What `find` finds, with barriers and points that it takes to keep clear of rigid bodies: `beside`.
 

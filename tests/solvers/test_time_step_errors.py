@@ -119,7 +119,9 @@ def exact(problem: Dynamics, K: np.ndarray, mass: np.ndarray, times: np.ndarray)
     return u
 
 
-@pytest.mark.parametrize("seed", [*range(QUICK), *(pytest.param(s, marks=pytest.mark.slow) for s in range(QUICK, CASES))])
+@pytest.mark.parametrize(
+    "seed", [*range(QUICK), *(pytest.param(s, marks=pytest.mark.slow) for s in range(QUICK, CASES))]
+)
 def test_the_estimated_error_of_a_step_is_its_error(seed: int) -> None:
     """Every degree of freedom at every time within 2 % of the largest error, and 1e-6 of the motion.
 
