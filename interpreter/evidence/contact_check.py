@@ -78,8 +78,8 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         gap = gap_of(touch.rigid.thing.shape)
         if gap is not None and (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
             reason = (
-                f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between their "
-                "nodes, half of its thickness: take cells that are smaller than it"
+                f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between "
+                "their nodes, half of its thickness: take cells that are smaller than it"
             )
         if swallowed:
             reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
-
 from softmark.interpreter.evidence.kinds.solid_forces import balance_of, solved
 from softmark.interpreter.evidence.kinds.solids import Solids
 from softmark.interpreter.evidence.kinds.voucher import Found
