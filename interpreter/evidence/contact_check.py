@@ -23,6 +23,7 @@ from softmark.solvers.checks import cuts, solids, touching, within
 from softmark.solvers.checks.rubbing import taken
 from softmark.solvers.checks.solids import EPS, Floats, Ints
 from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.gaps.gap import inside as depth_of_middle
 from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.mesh.combined import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded import Extruded
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 ROUND = 1e-9  # of a shape function: what is less is nothing
 CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
+HALF = 0.9  # of the distance from the middle of a rigid body to its surface: facets that cut in so far go through it
 MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
@@ -73,6 +75,12 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         found[touch.name] = own
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+        gap = gap_of(touch.rigid.thing.shape)
+        if gap is not None and (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
+            reason = (
+                f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between "
+                "their nodes, half of its thickness: take cells that are smaller than it"
+            )
         if swallowed:
             reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
             reason += "clear of it: take cells that are smaller than it"

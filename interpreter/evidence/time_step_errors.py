@@ -112,8 +112,8 @@ def step_doubts(scene: Scene, declared: Declared, view: View, notes: tuple[Diagn
             declared.at(),
             f"the time step of `{declared.name}` leaves an error of {' and '.join(map(_in_words, wrong[:3]))}",
             f"a step of {units.show(analysis.step, units.TIME)}",
-            f"vibrations with a period of {period} carry it, {worst.period / analysis.step:.2g} steps long: try a step of"
-            f" {better} or less",
+            f"vibrations with a period of {period} carry it, {worst.period / analysis.step:.2g} steps long: try a step"
+            f" of {better} or less",
         ),
     )
 

@@ -85,11 +85,31 @@ def _deepest(own: Gap, poses: tuple[Pose, Pose], ends: tuple[Floats, Floats], in
     return deep
 
 
+def entered(contact: Touching, before: Floats, x: Floats) -> bool:
+    """Whether facets of the surface swept over the middle of a rigid body from a state (dofs,) to the next, m.
+
+    They then cut into it by half of its thickness at least. Asked of steps that are short beside that thickness.
+    """
+    now = contact.at(1.0)
+    start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
+    own = declared(now.body)
+    if contact.skin is None or not 0.0 < inside(own) < np.inf:
+        return False
+    middle = np.array(own.centroid) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
+    return len(_crossings(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle)) > 0
+
+
 def _pierced(A: Floats, B: Floats) -> bool:
     """Whether triangles that go straight from A to B (t, 3, 3), m, from the middle of a rigid body, have gone past it.
 
     In through some and out through others that look the other way; what goes on around a corner does not.
     """
+    n = _crossings(A, B)
+    return bool((n @ n.T < 0.0).any())
+
+
+def _crossings(A: Floats, B: Floats) -> Floats:
+    """Normals (k, 3), m^2, of the triangles that sweep over the origin, going straight from A to B (t, 3, 3), m."""
     both = np.concatenate([A, B], axis=1)
     near = ((both.min(axis=1) <= 0.0) & (both.max(axis=1) >= 0.0)).all(axis=1)
     A, B = A[near], B[near]
@@ -101,5 +121,5 @@ def _pierced(A: Floats, B: Floats) -> bool:
     T = (1.0 - s) * A[which] + s * B[which]
     n = np.cross(T[:, 1] - T[:, 0], T[:, 2] - T[:, 0])
     parts = np.stack([np.einsum("ti,ti->t", np.cross(T[:, i], T[:, i - 2]), n) for i in range(3)])
-    n = n[parts.min(axis=0) >= -BESIDE * np.einsum("ti,ti->t", n, n)]
-    return bool((n @ n.T < 0.0).any())
+    found: Floats = n[parts.min(axis=0) >= -BESIDE * np.einsum("ti,ti->t", n, n)]
+    return found

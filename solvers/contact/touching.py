@@ -188,6 +188,10 @@ class Touching(Energy):
         """What the law of the gap says at its points (p,), Pa."""
         return self.barrier.pressure(self.gaps(x))
 
+    def presses_on_nodes(self, x: Floats) -> bool:
+        """Whether a point that is a node of the mesh is pressed in a state x (dofs,), m."""
+        return bool((self.pressures(x)[self._alone[0]] > 0.0).any())
+
     def pushes(self, x: Floats) -> Floats:
         """What the rigid body does to its points (p, 3), N."""
         g, n, _ = self.look(x)

@@ -10,9 +10,9 @@ an estimate; in linear problems it lacks only the modes that loads hardly excite
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,8 +47,8 @@ LARGEST = 300_000  # unknowns up to which the stiffness is factorised
 class StepError:
     """Error of the time step, as a sum of modes: u_h(t) - u(t) = shapes @ error(t).
 
-    `shapes` (dofs, k), kg^-1/2, are zero where supports hold; `error` and `motion` (t, k), m kg^1/2, are the error and the
-    exact motion of each mode at `times` (t,), s, and `frequencies` (k,), rad/s, ascending.
+    `shapes` (dofs, k), kg^-1/2, are zero where supports hold; `error` and `motion` (t, k), m kg^1/2, are the error and
+    the exact motion of each mode at `times` (t,), s, and `frequencies` (k,), rad/s, ascending.
     """
 
     times: Floats
@@ -202,7 +202,7 @@ def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Course], speed
     parts = 1 if steady else PARTS
     found, known = [z[:, 0].copy()], (0.0, np.zeros(0))
     constant = modal.loads(0.0, 1.0) if steady else None
-    for begin, end in pairwise(times):
+    for begin, end in itertools.pairwise(times):
         h = float(end - begin) / parts
         if abs(h - known[0]) > 1e-9 * h:
             known = h, _propagator(w, drag, h)
@@ -258,7 +258,7 @@ def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tupl
 def _mean(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     x, v = np.zeros_like(speed), speed
     found = [x]
-    for begin, end in pairwise(times):
+    for begin, end in itertools.pairwise(times):
         x, v = _mean_step(modal, x, v, modal.loads(begin, end)[2], float(end - begin))
         found.append(x)
     return np.array(found)
@@ -267,7 +267,7 @@ def _mean(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     x, v = np.zeros_like(speed), speed
     found = [x]
-    for begin, end in pairwise(times):
+    for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         v = (v / h + modal.loads(begin, end)[2] - modal.w**2 * x) / (1.0 / h + modal.drag + h * modal.w**2)
         x = x + h * v
@@ -278,7 +278,7 @@ def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     x, v, before, last, length = np.zeros_like(speed), speed, None, None, 0.0
     found = [x]
-    for begin, end in pairwise(times):
+    for begin, end in itertools.pairwise(times):
         h, mean = float(end - begin), modal.loads(begin, end)[2]
         if before is None:
             after = _mean_step(modal, x, v, mean, h)
@@ -296,13 +296,14 @@ def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 
 
 def _newmark(
-    modal: _Modal, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0, f: float = 0.0
+    modal: _Modal, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0,
+    f: float = 0.0,
 ) -> Floats:  # fmt: skip
     w, c = modal.w, modal.drag
     x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
     factors: Floats | None = None
     found = [x]
-    for begin, end in pairwise(times):
+    for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         start, stop, _, first, last = modal.loads(begin, end, weight, m - f)
         a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.courses]) if factors is None else factors))
@@ -321,7 +322,7 @@ def _leapfrog(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
     factors: Floats | None = None
     found = [x]
-    for begin, end in pairwise(times):
+    for begin, end in itertools.pairwise(times):
         h = float(end - begin)
         *_, first, last = modal.loads(begin, end)
         a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.courses]) if factors is None else factors))

@@ -1,10 +1,10 @@
 """Error of a reduced model, from the residual that its states leave in the equations of the full model.
 
-At rest the displacement error is estimated by one Newton step of the full equations from the reduced state. In motion
-it is the solution of the error equation M e'' + C e' + K e = -R(t), which linearises the full equations about the reduced
-motion; in linear problems it is exact. It is integrated with the trapezoidal rule over the times of output. Source:
-Ainsworth and Oden (2000), "A Posteriori Error Estimation in Finite Element Analysis", chapter 9; for reduced models
-Hesthaven, Rozza and Stamm (2016), "Certified Reduced Basis Methods", section 4.2.
+At rest the displacement error is estimated by one Newton step of the full equations from the reduced state. In
+motion it is the solution of the error equation M e'' + C e' + K e = -R(t), which linearises the full equations about
+the reduced motion; in linear problems it is exact. It is integrated with the trapezoidal rule over the times of output.
+Source: Ainsworth and Oden (2000), "A Posteriori Error Estimation in Finite Element Analysis", chapter 9; for reduced
+models Hesthaven, Rozza and Stamm (2016), "Certified Reduced Basis Methods", section 4.2.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def static_error(problem: Statics, x: Floats) -> ReductionError:
 
 @dataclass(frozen=True)
 class ReducedMotion:
-    """States of a reduced model at t times, s: unknowns, velocities and accelerations (t, r), over `fields` (dofs, r)."""
+    """States of a reduced model at t times, s: unknowns, velocities, accelerations (t, r), over `fields` (dofs, r)."""
 
     fields: Floats
     times: Floats

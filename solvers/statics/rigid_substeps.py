@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.contact.gaps.gap import Gap, inside
+from softmark.solvers.contact.passing import entered
 from softmark.solvers.contact.pose import Pose, Posed, declared
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
 
 Find = Callable[[Statics], Equilibrium]
 
+FINER = "cells are too large for what presses between their nodes"
 SHARE = 0.5  # of the distance from the middle of a rigid body to its surface: how far it goes in a substep
 MOST = 200  # substeps
 
@@ -31,6 +33,11 @@ def substeps_of(problem: Statics) -> int:
     if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
     return max((_needed(contact) for contact in contacts), default=1)
+
+
+def presses_on_nodes(found: Equilibrium) -> bool:
+    """Whether every rigid body presses on a node of the mesh, and not between nodes only, or on nothing at all."""
+    return all(contact.presses_on_nodes(found.x) for contact in found.beside)
 
 
 def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
@@ -52,7 +59,10 @@ def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
         except NotConverged as failure:
             reason = f"{failure.reason} (in substep {number} of {count})"
             raise NotConverged(reason, (*history, *failure.history), failure.facts, failure.unstable) from failure
-        history, x = (*history, *found.history), found.x
+        history, before, x = (*history, *found.history), problem.rest if x is None else x, found.x
+        if any(entered(contact, before, x) for contact in moved):
+            reason = f"facets cut into a rigid body as deep as its middle (in substep {number} of {count}): {FINER}"
+            raise NotConverged(reason, history, found.facts)
         places = [contact.body for contact in found.beside]
         extras = [contact.extra for contact in found.beside]
     assert found is not None

@@ -302,7 +302,17 @@ def test_what_is_too_much_to_look_at_again_is_told(tmp_path: Path, monkeypatch: 
     assert "too many triangles" in seen["reason"]
 
 
-@pytest.mark.parametrize("far", [8.0, 14.0, 60.0])
+def test_a_sphere_that_goes_far_in_one_step_is_taken_there_in_substeps() -> None:
+    """Half-way nodes would be pushed out behind it: what is found is the state that five states lead to."""
+    text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)
+    known = []
+    for by, more in (("(0, -16, 0) mm", ""), ("(0, -16, 0) mm, course = state", "[20, 40, 60, 80, 100] %")):
+        scene = text.replace("(0, -1, 0) mm", by) + (f"analysis a = static(states = {more})\n" if more else "")
+        known.append(loads(scene).run().models["quads"].metrics["push"].value)
+    assert known[0] == pytest.approx(known[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("far", [14.0, 60.0])
 def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> None:
     """Behind half of it nodes are pushed out at the wrong side; past all of the body nothing touches any more."""
     text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE).replace(

@@ -20,7 +20,11 @@ metric u = displacement(p, along = +x)
 metric w = displacement(p, along = +z)
 analysis a = dynamic(duration = 60 ms, step = {step} ms, integrator = {integrator})
 """
-MODELS = ("beam6dof(segments = 20)", "fem(hex8, strain = small, size = 5 mm)", "mass_spring(stiffness = from_material(), size = 5 mm)")
+MODELS = (
+    "beam6dof(segments = 20)",
+    "fem(hex8, strain = small, size = 5 mm)",
+    "mass_spring(stiffness = from_material(), size = 5 mm)",
+)
 
 
 def pulled_bar(t: float, parts: int) -> float:
@@ -73,7 +77,8 @@ def test_steps_that_are_short_enough_are_not_doubted() -> None:
 def test_the_stated_error_has_that_of_the_step(model: str) -> None:
     """Half the step has a quarter of the error: what is left between them is part of the stated one."""
     coarse, fine = (
-        softmark.loads(BAR.format(model=model, integrator="trapezoidal", step=step)).run(stated=True) for step in (0.5, 0.05)
+        softmark.loads(BAR.format(model=model, integrator="trapezoidal", step=step)).run(stated=True)
+        for step in (0.5, 0.05)
     )
     stated = coarse.models["m"].stated["u"].parts["time"]
     apart = abs((coarse.models["m"].metrics["u"].value or 0.0) - (fine.models["m"].metrics["u"].value or 0.0))

@@ -61,8 +61,9 @@ class Modal(Reduced):
     exactly.
 
     `converged` is said of the reduced equations. `full_residual` of the report is what is left of the full model's
-    equations, relative to its loads: it says how much the reduction costs. What `of` trades for speed (caps, precision,
-    linear solver, start) plays no part. Source: Krysl, Lall and Marsden (2001).
+    equations, relative to its loads, and `estimated_error` the displacement error which that stands for (`W419`).
+    What `of` trades for speed (caps, precision, linear solver, start) plays no part. Source: Krysl, Lall and
+    Marsden (2001).
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]
@@ -99,9 +100,10 @@ class Pod(Reduced):
     of all cells within `sampling`. A solution then costs nothing that grows with the mesh. Loads are reduced exactly;
     a pressure that follows the surface is evaluated on all of its facets.
 
-    `converged` is said of the reduced equations. `full_residual` of the report (at rest) is what is left of the full
-    model's equations, relative to its loads: it says how much the reduction costs. A dynamic analysis marches the
-    reduced equations; states at rest are then all that the space and the cells have learnt.
+    `converged` is said of the reduced equations. `full_residual` of the report is what is left of the full model's
+    equations, relative to its loads, and `estimated_error` the displacement error which that stands for (`W419`). A
+    dynamic analysis marches the reduced equations; states at rest are then all that the space and the cells have
+    learnt.
     """
 
     of: Annotated[str, "model", "the finite element model that is reduced"]

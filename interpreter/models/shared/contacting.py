@@ -101,8 +101,8 @@ def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
 def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
     """Distance at which a barrier begins, m, so small that the gap which it leaves is next to nothing.
 
-    At rest it is a small part of the motion that supports prescribe, or where they prescribe none, of the one that forces
-    cause.
+    At rest it is a small part of the motion that supports prescribe, or where they prescribe none, of the one that
+    forces cause.
     """
     extent = size_of(case, mesh)
     if isinstance(case.analysis, Dynamic):
@@ -120,7 +120,7 @@ def _compression(case: Case, touch: Touch, mesh: Mesh) -> float:
     volume = abs(float(mesh.volumes.sum()))
     total = sum(_force_of(load.thing.action, case, mesh, volume) for load in case.loads)
     if touch.along is not None:
-        from softmark.interpreter.models.shared.pressing import force_on
+        from softmark.interpreter.models.shared.rigid_loads import force_on
 
         total += abs(force_on(touch))
     return total * mesh.extent**2 / (case.largest_young * volume) if volume > 0.0 else 0.0

@@ -65,7 +65,7 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
     """The equilibrium of a solid that touches, and where a rigid body that loads press is. Raises NotConverged."""
     from softmark.solvers.statics.clear import PassedThrough, clear
     from softmark.solvers.statics.equilibrium import equilibrium
-    from softmark.solvers.statics.rigid_substeps import in_substeps, substeps_of
+    from softmark.solvers.statics.rigid_substeps import in_substeps, presses_on_nodes, substeps_of
 
     def whole(problem: Statics) -> Equilibrium:
         if solid.loose is None:
@@ -77,10 +77,14 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
     def find(problem: Statics) -> Equilibrium:
         try:
             return whole(problem)
-        except PassedThrough:
-            if (count := substeps_of(problem)) == 1:
+        except PassedThrough as failure:
+            count = substeps_of(problem)
+            if count == 1 or not _are_wide(solid):
                 raise
-            return in_substeps(problem, whole, count)
+            found = in_substeps(problem, whole, count)
+            if solid.pieces[0].case.planar and not presses_on_nodes(found):
+                raise failure from None
+            return found
 
     case: Case = solid.pieces[0].case
     if not case.pressed:
@@ -91,6 +95,25 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
     press = press_of(case, solid.contacts)
     assert press is not None
     return pressed(problem, press, find)
+
+
+def _are_wide(solid: Any) -> bool:
+    """Whether every rigid body is as wide as the facets that it may press on: what is narrower passes between nodes."""
+    import numpy as np
+
+    from softmark.interpreter.models.shared.contacting import longest
+
+    case: Case = solid.pieces[0].case
+    for touch in case.contacts:
+        if (bounds := touch.rigid.thing.shape.bounds) is None:
+            return False
+        low, high = np.array(bounds)
+        facets, points = solid.contacts[touch.name].facets, solid.mesh.points
+        extents = (high - low)[:2] if case.planar else high - low
+        flat = points * (1.0, 1.0, 0.0) if case.planar else points
+        if np.sort(extents)[-1 if case.planar else 1] < longest(flat, facets):
+            return False
+    return True
 
 
 def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:

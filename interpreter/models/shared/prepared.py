@@ -110,7 +110,7 @@ class Spent:
 
 @dataclass(frozen=True)
 class ModalErrors:
-    """Error of the time step of a motion as a sum of vibration modes, and displacements (n, 3) of points in each mode."""
+    """Error of the time step of a motion as a sum of vibration modes, and displacements of points in each mode."""
 
     modes: StepError
     shapes: tuple[Callable[[Floats], Floats], ...]

@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.shared.contacting import Moving
+from softmark.interpreter.models.shared.rigid_loads import force_on
 from softmark.interpreter.problem.case import Case, Touch
-from softmark.interpreter.vocabulary.loads import AtPoint, PerMass
-from softmark.solvers.contact.gaps import gap_of
-from softmark.solvers.contact.inertia import volume_of
 from softmark.solvers.contact.pose import Pose, Posed
 from softmark.solvers.contact.rubbing import Rubbing
 from softmark.solvers.statics.pressed import Press
@@ -32,29 +30,6 @@ def press_of(case: Case, contacts: Mapping[str, Any]) -> Press | None:
     numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
     begun = _shift(contacts[touches[0].name].earlier)[along]
     return Press(along, force_on(touches[0]), float(begun), numbers, _placed)
-
-
-def force_on(touch: Touch) -> float:
-    """What loads come to along the way that is left to a rigid body, N: its weight, and forces at points of it."""
-    assert touch.along is not None
-    total = 0.0
-    for load in touch.loads:
-        match load.thing.action:
-            case PerMass(acceleration):
-                total += weighs(touch.rigid.thing) * acceleration[touch.along]
-            case AtPoint(_, force):
-                total += force[touch.along]
-    return total
-
-
-def weighs(thing: Any) -> float:
-    """The mass of a rigid body, kg; nothing where none is said."""
-    if thing.mass is not None or thing.density is None:
-        return float(thing.mass or 0.0)
-    gap = gap_of(thing.shape)
-    volume = None if gap is None else volume_of(gap)
-    assert volume is not None  # refused when the scene is checked
-    return float(thing.density * volume.V)
 
 
 def _placed(contact: Any, d: float) -> Any:

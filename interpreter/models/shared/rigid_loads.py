@@ -1,0 +1,33 @@
+"""Loads on rigid bodies: their weight and the forces at points of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.problem.case import Touch
+from softmark.interpreter.vocabulary.loads import AtPoint, PerMass
+from softmark.solvers.contact.gaps import gap_of
+from softmark.solvers.contact.inertia import volume_of
+
+
+def force_on(touch: Touch) -> float:
+    """What loads come to along the way that is left to a rigid body, N: its weight, and forces at points of it."""
+    assert touch.along is not None
+    total = 0.0
+    for load in touch.loads:
+        match load.thing.action:
+            case PerMass(acceleration):
+                total += weighs(touch.rigid.thing) * acceleration[touch.along]
+            case AtPoint(_, force):
+                total += force[touch.along]
+    return total
+
+
+def weighs(thing: Any) -> float:
+    """The mass of a rigid body, kg; nothing where none is said."""
+    if thing.mass is not None or thing.density is None:
+        return float(thing.mass or 0.0)
+    gap = gap_of(thing.shape)
+    volume = None if gap is None else volume_of(gap)
+    assert volume is not None  # refused when the scene is checked
+    return float(thing.density * volume.V)
