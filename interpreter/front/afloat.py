@@ -200,6 +200,8 @@ def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
         yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = between(...)`"
         return
     first = contacts[0].thing.body
+    if rigid(scene.declared[first]):
+        return  # which is reported of the contact
     case = case_of(scene, first)
     for contact in contacts:
         if contact.thing.body != first:

@@ -383,3 +383,20 @@ def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     timings([job("z")], repeats=1, phases=False)
     first.join()
     assert order.index("z") < len(order) - 1
+
+
+def test_a_lock_that_is_never_let_go_is_waited_for_no_longer_than_its_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Anybody may lock a file in the folder of everybody's."""
+    import fcntl
+
+    monkeypatch.setattr(clock, "lock_file", lambda: tmp_path / "lock")
+    monkeypatch.setattr(clock, "LONGEST_WAIT", 0.2)
+    said: list[str] = []
+    with (tmp_path / "lock").open("w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        with clock.exclusive(lambda what, detail: said.append(detail)):
+            pass
+    assert said[0].startswith("another comparison is timing")
+    assert said[-1].endswith("timing goes on without it")

@@ -278,3 +278,39 @@ def test_a_worker_with_other_sources_is_not_believed() -> None:
     outcome = pool.perform_there(beam_tasks("n=4")[0], "0" * 64)
     assert outcome.point["status"] == "failed"
     assert "another version" in outcome.point["message"]
+
+
+def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was not finished is lost with the reason, what was finished is there; nothing is raised, nor by closing."""
+    given = [*beam_tasks("n=4"), *beam_tasks("n=5")]
+
+    class Future:
+        status = "finished"
+
+        def __init__(self, task: Any) -> None:
+            self.task = task
+
+        def result(self) -> Any:
+            return pool.timed_out(self.task, 1.0)
+
+    class Client:
+        loop = None
+
+        def submit(self, function: Any, task: Any, *words: Any, **options: Any) -> Future:
+            return Future(task)
+
+        def close(self) -> None:
+            raise OSError("it is gone")
+
+    def as_completed(futures: Any, loop: Any) -> Any:
+        yield next(iter(futures))
+        raise ConnectionError("the stream is closed")
+
+    module = type("Dask", (), {"as_completed": staticmethod(as_completed)})
+    monkeypatch.setattr(pool, "_dask", lambda: module)
+    monkeypatch.setattr(pool, "_client", lambda address, wait: Client())
+    monkeypatch.setattr(pool, "_connection_errors", lambda: (OSError,))
+    first, *others = pool.outcomes_of_cluster(given, "tcp://127.0.0.1:9")
+    assert first.status == "timed_out"
+    assert len(others) == len(given) - 1 > 0
+    assert all("its scheduler is gone: the stream is closed" in str(other.to_json()) for other in others)

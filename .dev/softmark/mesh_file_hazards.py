@@ -1,0 +1,1 @@
+../../interpreter/softmark/mesh_file_hazards.py

@@ -1,0 +1,1 @@
+../../interpreter/softmark/resource_limits.py

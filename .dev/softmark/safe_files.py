@@ -1,0 +1,1 @@
+../../interpreter/softmark/safe_files.py
