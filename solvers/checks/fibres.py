@@ -163,8 +163,8 @@ class DirectedBody(CheckedBody):
 
     at: Callable[[Floats], Stress] | None = None
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> Floats:
         if self.at is None:
             raise TypeError("a material without its directions")
-        X = np.einsum("qa,mai->mqi", shape(self.kind, rule(self.kind)[0]), self.points[cells]).reshape(-1, 3)
+        X = (shape(self.kind, self._rule(at)[0]) @ self.points[cells]).reshape(-1, 3)
         return self.at(X)(F)

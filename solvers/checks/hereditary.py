@@ -126,7 +126,7 @@ class RememberingBody(CheckedBody):
 
     course: Course = field(kw_only=True)
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> Floats:
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> Floats:
         """P of the points of some cells (n, 3, 3), Pa."""
         return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.centre))
 

@@ -300,7 +300,7 @@ def at_rest(
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
-    each = sampled(pieces(case, mesh, parts))
+    each = sampled(pieces(case, mesh, parts), model.formulation != "displacement")
     formulations.must_be_compressible(declared, each)
     passive, tensions = muscles(each)
     internal, twins = formulations.of_parts(model, passive, energies)

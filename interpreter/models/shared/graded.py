@@ -20,6 +20,13 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared.varying_quadrature import (
+    CellRule,
+    Resolved,
+    of_one,
+    of_stiffness,
+    resolved,
+)
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.field_files import loaded, reading
 from softmark.interpreter.problem.graded import allowed, out_of_range
@@ -29,12 +36,13 @@ from softmark.references.measured import Unreadable
 from softmark.solvers.elements import CELLS
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.varying import averaged, changed, with_constants
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.interpolation import Rule
 
+ACTIVE = ("tension", "shortening")  # constants of muscle that act
 OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
 FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
 STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
@@ -82,15 +90,51 @@ class Part(Protocol):
 Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
 
 
-def at_points(own: Part) -> Case:
-    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
+def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
+    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault.
+
+    And these points, where cells need others than those of their element, None where they do not. With `pressures` in
+    the cells constants of the volume are integrated as their inverses are.
+    """
     mesh, rule = own.mesh, _rule(own.mesh)
+    must_be_in_range(own.case, mesh)
+    seen = stiffness_of(own.case, mesh, pressures)
+    known = None if seen is None else seen.rule
+    X = places(mesh, rule) if known is None else known.places(mesh)
     if getattr(own.case.material, "turning", False):
-        return replace(own.case, other_material=turned(own.case, mesh))
-    sampled = _sampled(own.case, mesh, rule)
+        return replace(own.case, other_material=turned(own.case, mesh, X)), _parts(mesh, known)
+    sampled = _sampled(own.case, X)
     if mesh.element.constant and sampled.sampled:
-        sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
-    return replace(own.case, other_material=sampled)
+        w = np.broadcast_to(rule[1], X.shape[:2]) if known is None else known.w
+        return replace(own.case, other_material=averaged(sampled, w)), None
+    return replace(own.case, other_material=sampled), _parts(mesh, known)
+
+
+def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
+    return None if rule is None else rule.integration(mesh)
+
+
+def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
+    """How cells integrate what of the constants of one material its energy is made of; None of constants that do not.
+
+    Of muscle that is what it does: its law does not vary.
+    """
+    material = case.material
+    found = profiles(material)
+    if case.porous or material.branches:  # what seeps or remembers does so at the points of its element
+        return None
+    if getattr(material, "turning", False) or getattr(material, "pulls", False):
+        active = next((p for name, p in found.items() if name in ACTIVE), None)
+        return None if active is None else resolved(mesh, of_one(active, values), _rule(mesh), False)
+    if not any(name in OF_LAWS for name in found):
+        return None
+    return resolved(mesh, of_stiffness(material.young, material.poisson, pressures, values), _rule(mesh), False)
+
+
+def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
+    """How cells integrate the density of one material; None of one that is a number."""
+    rho = case.material.density
+    return resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
 
 
 def _rule(mesh: Mesh) -> Rule:
@@ -98,31 +142,32 @@ def _rule(mesh: Mesh) -> Rule:
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
-def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
-    """The material with arrays (m, q) for what varies of its law. Raises Fault for values that it must not have."""
-    X, new = places(mesh, rule), {}
-    others = (mesh.points[mesh.cells], places(mesh, _fine(mesh.kind)))
+def must_be_in_range(case: Case, mesh: Mesh) -> None:
+    """Raises Fault for a constant that is out of its range at points of the element, at nodes, or at those of a finer rule."""
+    for profile in profiles(case.material).values():
+        for X in (places(mesh, _rule(mesh)), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
+            _must_be_allowed(case, profile, values(profile, X), X)
+
+
+def _sampled(case: Case, X: Floats) -> Any:
+    """The material with arrays (m, q) for what varies of its law, at points X (m, q, 3). Raises Fault out of their range."""
+    new = {}
     for name, profile in profiles(case.material).items():
-        for at in (X, *others):
-            found = values(profile, at)
-            _must_be_allowed(case, profile, found, at)
-            if at is X and name in OF_LAWS:
-                new[name] = found
+        if name in OF_LAWS:
+            new[name] = values(profile, X)
+            _must_be_allowed(case, profile, new[name], X)
     return with_constants(case.material, new)
 
 
-def turned(case: Case, mesh: Mesh) -> Any:
-    """The material with the directions of its fibres at the points of integration of a mesh (m, q). Raises Fault."""
+def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
+    """The material with the directions of its fibres at points X (m, q, 3), m, of its mesh. Raises Fault."""
     from softmark.interpreter.models.shared.hollow import must_have_directions
     from softmark.solvers.materials.frame import NoDirection
 
     at = case.body.at("material")
     must_have_directions(case, mesh)
     try:
-        for profile in profiles(case.material).values():
-            for X in (places(mesh, mesh.element.quadrature()), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
-                _must_be_allowed(case, profile, values(profile, X), X)
-        return case.material.placed(places(mesh, mesh.element.quadrature()), reading)
+        return case.material.placed(X, reading)
     except NoDirection as error:
         where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
         raise fault(
@@ -189,6 +234,16 @@ class Density:
 
     profile: Profile
     case: Case
+
+    def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
+        """Shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, that masses need."""
+        from softmark.solvers.dynamics.mass import mass_points
+
+        seen = density_resolved(self.case, mesh)
+        if seen is not None and seen.rule is not None:
+            return seen.rule.shape(mesh), seen.rule.w, seen.rule.places(mesh)
+        N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+        return N, w, np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
 
     def at(self, X: Floats) -> Floats:
         """At points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where it is none."""
