@@ -93,7 +93,15 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
     axes, K = axes_of(material), float(material.bulk or 0.0)
     stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
     return fibres.DirectedBody(
-        points, cells, kind, u, TERM, stiff, False, case.depth, rules,
+        points,
+        cells,
+        kind,
+        u,
+        TERM,
+        stiff,
+        False,
+        case.depth,
+        rules,
         lambda X: fibres.stress_of(material, axes(X), K),
     )
 

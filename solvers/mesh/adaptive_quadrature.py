@@ -138,7 +138,9 @@ def straightened(mesh: Mesh) -> Mesh:
     corners = mesh.points[mesh.cells[:, : element.corners]]
     middles = np.stack([corners[:, list(ends)].mean(axis=1) for ends in element.between], axis=1)
     off = np.abs(middles - mesh.points[mesh.cells[:, element.corners :]]).max(initial=0.0)
-    return Mesh(mesh.points, mesh.cells[:, : element.corners], element.linear) if off <= STRAIGHT * mesh.extent else mesh
+    return (
+        Mesh(mesh.points, mesh.cells[:, : element.corners], element.linear) if off <= STRAIGHT * mesh.extent else mesh
+    )
 
 
 def _affine(mesh: Mesh) -> Floats | None:

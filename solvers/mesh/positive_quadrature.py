@@ -43,9 +43,13 @@ def positive_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, 
 
 def _orthonormal(V: Floats, w: Floats) -> Floats:
     """Functions (n, k), orthonormal by the weights w (n,), of which those of V (n, r) are made, up to rounding."""
-    size, ways = np.linalg.eigh(V.T @ (w[:, None] * V))
+    products = np.zeros((V.shape[1], V.shape[1]))
+    _products(V, w, products)
+    size, ways = np.linalg.eigh(products)
     kept = size > ALIKE * size[-1]
-    return np.ascontiguousarray(V @ (ways[:, kept] / np.sqrt(size[kept])))
+    found = np.zeros((len(V), int(kept.sum())))
+    _times(V, np.ascontiguousarray(ways[:, kept] / np.sqrt(size[kept])), found)
+    return found
 
 
 def _corrected(V: Floats, moments: Floats, found: Floats) -> float:
@@ -60,6 +64,25 @@ def _corrected(V: Floats, moments: Floats, found: Floats) -> float:
 def _spread(n: int) -> Ints:
     """Numbers 0 to n - 1, neighbours apart: a basis of points that lie together is a poor one."""
     return np.argsort((np.arange(n) * 0.6180339887498949) % 1.0).astype(np.int64)
+
+
+@kernel
+def _products(V: Floats, w: Floats, found: Floats) -> None:
+    """V^T diag(w) V, without the threads of a library: they cost more than they bring where others run."""
+    for k in range(len(V)):
+        for i in range(V.shape[1]):
+            a = w[k] * V[k, i]
+            for j in range(V.shape[1]):
+                found[i, j] += a * V[k, j]
+
+
+@kernel
+def _times(V: Floats, T: Floats, found: Floats) -> None:
+    """V T."""
+    for k in range(len(V)):
+        for i in range(T.shape[0]):
+            for j in range(T.shape[1]):
+                found[k, j] += V[k, i] * T[i, j]
 
 
 @kernel

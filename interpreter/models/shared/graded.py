@@ -22,7 +22,9 @@ from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.varying_quadrature import (
     CellRule,
+    Functions,
     Resolved,
+    key_of,
     of_one,
     of_stiffness,
     resolved,
@@ -49,6 +51,7 @@ STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond
 MANY = 0.01  # of the volume of the body: in such cells without a warning
 HARD = 1e4  # modulus of pressure by that of shear
 BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
+MISSED = 2e-3  # of the integral of a constant: less goes without a warning
 LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
 
 
@@ -128,13 +131,26 @@ def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
         return None if active is None else resolved(mesh, of_one(active, values), _rule(mesh), False)
     if not any(name in OF_LAWS for name in found):
         return None
-    return resolved(mesh, of_stiffness(material.young, material.poisson, pressures, values), _rule(mesh), False)
+    return resolved(mesh, moduli_of(material, pressures), _rule(mesh), False)
+
+
+def moduli_vary(case: Case) -> bool:
+    """Whether moduli of a material vary."""
+    material = case.material
+    return not getattr(material, "turning", False) and any(name in OF_LAWS for name in profiles(material))
+
+
+def moduli_of(material: Any, pressures: bool) -> Functions:
+    """What is integrated of the moduli of a material, as `stiffness_of` has them."""
+    return of_stiffness(material.young, material.poisson, pressures, values)
 
 
 def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
     """How cells integrate the density of one material; None of one that is a number."""
     rho = case.material.density
-    return resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
+    return (
+        resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
+    )
 
 
 def _rule(mesh: Mesh) -> Rule:
@@ -315,6 +331,20 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
         change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
     size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
     lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
+    known = density_resolved(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
+    if known is not None:
+        lost = float(known.missed.sum())
+        row = (
+            1
+            if profile.name == "poisson" and len(known.least) > 1 and isinstance(case.material.poisson, Profile)
+            else 0
+        )
+        with np.errstate(all="ignore"):
+            change = np.maximum(change, np.nan_to_num(known.largest[row] / known.least[row], nan=1.0, posinf=np.inf))
+        if row == 0 and not isinstance(getattr(case.material, "poisson", 0.0), Profile):
+            least_seen, most_seen = float(known.least[0].min()), float(known.largest[0].max())
+            seen = np.concatenate([seen.ravel(), [least_seen, most_seen]])
+            each = known.means[0] * w.sum(axis=1)
     steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
     found = Spread(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
     out = _outside(profile, X)
@@ -323,6 +353,16 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     share = float(w[out].sum()) / total
     there = (float(c[out].min()), float(c[out].max())) if out.any() else (0.0, 0.0)
     return replace(found, outside=share, there=there, read=True)
+
+
+def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
+    """How cells integrate stiffness, for a model with pressures if one was built on the mesh."""
+    for pressures in (True, False):
+        key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
+        if key in mesh.selections:
+            found: Resolved = mesh.selections[key]
+            return found
+    return stiffness_of(case, mesh, False)
 
 
 def _told(profile: Profile, found: Floats) -> Floats:
@@ -420,6 +460,13 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
             )  # fmt: skip
         if profile.name == "poisson":
             yield from _locks(declared, case, spread.most)
+        if spread.lost > MISSED:
+            yield diagnostic(
+                "W402", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
+                f"`{profile.name}` of `{of}` varies too much within cells of `{declared.name}` for its integrals over them",
+                f"up to {100 * spread.lost:.2g} % of them may be missed",
+                "its stated error has that part: use a finer mesh, or an expression or image without such fine features",
+            )  # fmt: skip
         pressed = profile.name == "poisson" and declared.thing.formulation == "mixed"  # which takes any
         if spread.steep > MANY and not pressed:
             what = (

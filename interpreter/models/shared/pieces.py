@@ -71,7 +71,7 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
         return None
     from softmark.interpreter.models.shared import graded
 
-    own = _some(mesh, which)
+    own = some_cells(mesh, which)
     return _local(graded.stiffness_of(case, own, pressures), own)
 
 
@@ -81,11 +81,12 @@ def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
         return None
     from softmark.interpreter.models.shared import graded
 
-    own = _some(mesh, which)
+    own = some_cells(mesh, which)
     return _local(graded.density_resolved(case, own), own)
 
 
-def _some(mesh: Mesh, which: Any) -> Mesh:
+def some_cells(mesh: Mesh, which: Any) -> Mesh:
+    """A mesh of the cells of one material: the whole, where `which` is a slice."""
     from softmark.interpreter.models.shared.regions import submesh
 
     return mesh if isinstance(which, slice) else submesh(mesh, which)
@@ -164,6 +165,24 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
         found = (*found, *graded.notes(declared, case, mesh, partial(_whole, case, mesh)))
     return found
+
+
+def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
+    """The share of its stiffness that a body in displacements u (n, 3), m, may lack: moduli vary within its cells."""
+    if case.uniform or case.porous:
+        return 0.0
+    from softmark.interpreter.models.shared import softness_notes
+
+    return softness_notes.softer_by(u, _whole(case, mesh), pressures)
+
+
+def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any) -> tuple[Diagnostic, ...]:
+    """A warning where moduli vary within cells and the body, in displacements u (n, 3), m, may be softer for it."""
+    if all(own.graded is None or own.case.porous for own in each):
+        return ()
+    from softmark.interpreter.models.shared import softness_notes
+
+    return tuple(softness_notes.softness_note(declared, u, [replace(own, case=own.graded or own.case) for own in each]))
 
 
 def of_cells(case: Case, mesh: Any) -> Any:

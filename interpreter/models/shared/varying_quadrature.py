@@ -24,10 +24,12 @@ from softmark.solvers.mesh.interpolation import Integration, Rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.positive_quadrature import positive_rules
 
-TOLERANCE = 1e-4  # of the integral of a constant over a cell: by how much two rules may differ, the better of which counts
+TOLERANCE = (
+    1e-4  # of the integral of a constant over a cell: by how much two rules may differ, the better of which counts
+)
 FLOOR = 1e-3  # of the mean of a constant over the body, added to that over a cell
 ENOUGH = 2e-3  # of an integral over a cell: an element whose own points miss less keeps them
-PARTS = 60_000  # of cells in all, beyond two of each: some seconds
+PARTS = 25_000  # of cells in all, beyond two of each: a few seconds
 SPARE = 1e-9  # of Poisson's ratio below 0.5: beyond, volumes are kept
 
 Look = Callable[[Profile, Floats], Floats]  # a constant at points (..., 3), m
@@ -165,7 +167,8 @@ class Resolved:
 
     `missed` (m,) is by how much integrals over each cell are off, relative to those of the constants over all cells,
     and of this `unseen` (m,) what bounds of the constants leave open. `means` (g, m) are those of the functions,
-    `least` and `largest` (g, m) their extremes that were seen; `sampled` (m, q) has points of each cell, by importance.
+    `least` and `largest` (g, m) their extremes that were seen. `own` is the quadrature of other cells, `total` (kept,)
+    the integrals over all cells, `fine` that which was found for all.
     """
 
     rule: CellRule | None
@@ -176,6 +179,8 @@ class Resolved:
     largest: Floats
     volumes: Floats
     fine: FineRule
+    own: Rule
+    total: Floats
 
 
 def degree_of(mesh: Mesh, mass: bool) -> int:
@@ -202,11 +207,16 @@ def resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolve
 
     `own` is the quadrature that cells keep where it does. Raises what looking at a constant raises.
     """
-    key = resolved, functions.profiles, functions.kept, len(own[1]), mass
+    key = key_of(functions, own, mass)
     if key not in mesh.selections:
         mesh.selections[key] = _resolved(mesh, functions, own, mass)
     found: Resolved = mesh.selections[key]
     return found
+
+
+def key_of(functions: Functions, own: Rule, mass: bool) -> Any:
+    """What `resolved` keeps its answer under, in the selections of a mesh."""
+    return resolved, functions.profiles, functions.kept, len(own[1]), mass
 
 
 def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolved:
@@ -241,10 +251,13 @@ def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolv
     if special.any():
         rule, off = _rule(mesh, fine, functions.kept, own, w, special, degree)
         missed[special] += off * (size / total).max(axis=0)[special]
-    return Resolved(rule, missed, unseen, sums / volumes, least, largest, volumes, fine)
+    means = sums / volumes
+    return Resolved(rule, missed, unseen, means, least, largest, volumes, fine, own, total[:, 0])
 
 
-def _rule(mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int) -> tuple[CellRule, Floats]:
+def _rule(
+    mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int
+) -> tuple[CellRule, Floats]:
     """Few points for cells that need their own, and the element's for the others; what the former miss, relative."""
     some = np.flatnonzero(special[fine.cell])
     numbers = np.cumsum(special) - 1
@@ -257,7 +270,8 @@ def _rule(mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: 
     xi = np.broadcast_to(np.array(mesh.element.centre), (len(w), q, 3)).copy()
     volumes = np.zeros((len(w), q))
     plain = np.flatnonzero(~special)
-    xi[plain, : len(own[1])], volumes[plain, : len(own[1])] = own[0], w[plain]
+    if len(plain):
+        xi[plain, : len(own[1])], volumes[plain, : len(own[1])] = own[0], w[plain]
     slot = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
     row: Ints = np.flatnonzero(special)[cell[which]]
     xi[row, slot], volumes[row, slot] = fine.xi[some][which], weights
