@@ -144,7 +144,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
     jumps = np.max([np.abs(np.diff(c, axis=a)).max(axis=(1, 2, 3)) for a in (1, 2, 3)], axis=0)
     coarse = 4.0 * np.abs(fine - less).max(axis=0) + jumps * seen.volumes[cell] / many  # what panels do not resolve
     allowed = OFF + (coarse + seen.missed[cell] * seen.total) / scale
-    worst = int(np.argmax((off.max(axis=0) - allowed)))
+    worst = int(np.argmax(off.max(axis=0) - allowed))
     return float(off[:, worst].max()), float(allowed[worst])
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.checks.pressures import Split
-from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm, cofactor, rule, shape
+from softmark.solvers.checks.solids import CheckedBody, Floats, Ints, Stress, StressTerm, cofactor, shape
 from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
 from softmark.solvers.materials.guccione import Guccione
 from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden

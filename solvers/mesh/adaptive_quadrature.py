@@ -206,10 +206,9 @@ class _Grid:
         fine = self.at(X)
         _, Y, v = self.within(parts, self.coarse)
         coarse = self.at(Y)
-        ends = self.at(self.places(parts.cell, parts.vertices))
         volume = np.abs(w.sum(axis=1))
         error = np.abs((fine * w).sum(axis=2) - (coarse * v).sum(axis=2))
-        seen = np.concatenate([fine, coarse, ends], axis=2)
+        seen = np.concatenate([fine, coarse], axis=2)  # and not vertices, which no rule has
         least, largest = seen.min(axis=2), seen.max(axis=2)
         low, high = self.bounds(*self.box(parts))
         beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)

@@ -26,7 +26,7 @@ LONG = 20.0  # mm along x
 STRAIN = 0.01
 CLOSE = 5e-3  # of an integral: an element's own points may miss 2e-3 of it in each cell, and parts 1e-4
 CASES = 200
-QUICK = 24
+QUICK = 8
 
 
 def profile(rng: np.random.Generator) -> tuple[str, Callable[[float, float], float], list[float]]:

@@ -29,9 +29,8 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, volume_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.pieces import Piece, must_be_mirrored, pieces, sampled
+from softmark.interpreter.models.shared.pieces import Piece, must_be_mirrored, pieces, sampled, softness_note
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
-from softmark.interpreter.models.shared.pieces import softness_note
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.conforming import Cuts
