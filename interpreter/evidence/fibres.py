@@ -12,6 +12,7 @@ from softmark.interpreter.evidence.graded import values
 from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.profiles import Streams
+from softmark.interpreter.models.shared.pieces import own_points
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.vocabulary.fibres import Helix
@@ -78,10 +79,10 @@ def axes_of(law: Any) -> fibres.Axes:
 TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
 
 
-def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
-    """Some cells of one material, deformed. Raises Unchecked."""
+def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
+    """Some cells of one material, deformed; `rules` as `checked_body` has them. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
-        return _short(case, points, cells, kind, u)
+        return _short(case, points, cells, kind, u, rules)
     material: Any = case.material
     axes = axes_of(material)
     stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
@@ -89,23 +90,25 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Che
     def at(X: Floats) -> Stress:
         return EnergyStress(fibres.energy_of(material, axes(X), material.bulk))
 
-    return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, at)
+    return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
-def pressed_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
+def pressed_of(
+    case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
+) -> Pressed:
     """The same with pressures. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
-        return _short_pressed(case, points, cells, kind, u, pressures)
+        return _short_pressed(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
     axes, mu = axes_of(material), material.shear_modulus
     anywhere = fibres.split_of(material, np.eye(3)[None])
     return VaryingPressed(
-        points, cells, kind, u, anywhere, mu, pressures, case.depth,
+        points, cells, kind, u, anywhere, mu, pressures, case.depth, rules,
         apart=lambda X: fibres.split_of(material, axes(X)),
     )  # fmt: skip
 
 
-def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
+def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
     """Cells of muscle that is shortened: the stress of its law, carried back. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
@@ -115,10 +118,12 @@ def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> Chec
         return EnergyStress(fibres.shortened(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0]))
 
     stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
-    return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, at)
+    return fibres.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
-def _short_pressed(case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None) -> Pressed:
+def _short_pressed(
+    case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
+) -> Pressed:
     """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
@@ -133,7 +138,7 @@ def _short_pressed(case: Case, points: Floats, cells: Any, kind: str, u: Floats,
         return replace(split, shape=EnergyStress(psi))
 
     some = plain or fibres.split_of(law, np.eye(3)[None])
-    return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, apart=apart)
+    return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, rules, apart=apart)
 
 
 def _directed(law: Any) -> bool:
@@ -153,7 +158,8 @@ def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
         if getattr(muscle, "pulls", False):
             cells, at = mesh.cells[which], _pulling(muscle)
             most = float(abs(values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
-            body = fibres.DirectedBody(mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, at)
+            rules = own_points(own, mesh.mesh, which, False)
+            body = fibres.DirectedBody(mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, rules, at)
             found -= body.forces(cells)[0]
     return found
 

@@ -159,6 +159,14 @@ def _checked(
         found |= {"misplaced": off}
         if support is not None:
             return found, f"`{support}` does not hold the body where it should: {off:.1e} of its size is lacking"
+    if not case.uniform and solution.mesh is not None and solution.mesh.kind in CELLS and declared.thing.graded:
+        from softmark.interpreter.evidence.graded import integrated
+
+        formulation = getattr(declared.thing, "formulation", "displacement")
+        own, behind = integrated(case, solution.mesh, formulation != "displacement")
+        found |= own
+        if behind is not None:
+            return found, behind
     try:
         result, claimed = voucher.balance(looked)
     except Unchecked as reason:

@@ -16,6 +16,7 @@ import numpy as np
 from softmark.interpreter.evidence.materials import alone
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.language.conditions import Condition
+from softmark.interpreter.models.shared.pieces import mass_points
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.interpreter.problem.members import apart, of_facets
@@ -57,7 +58,8 @@ def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: st
             carried = np.zeros(len(mesh.points))
             for own, which in alone(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
-                carried += solids.weights_of(*body, _density(own), mass, len(mesh.points), case.depth)
+                rules = mass_points(own, mesh.mesh, which)
+                carried += solids.weights_of(*body, _density(own), mass, len(mesh.points), case.depth, rules)
             return carried[:, None] * np.array(g), 0.0
         case PerArea(traction=traction):
             t = np.array(traction)

@@ -5,6 +5,9 @@ What it tells holds at every place of a box, and not at some of them alone; it m
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,10 +48,13 @@ class Values:
         return found
 
 
-def over(node: Node, low: Floats, high: Floats) -> Values:
-    """What an expression comes to over boxes from low to high (n, 3), m; of a field nothing is known."""
+FieldBounds = Callable[[Any, Floats, Floats], tuple[Floats, Floats]]  # of a field and boxes: least, largest values (n,)
+
+
+def over(node: Node, low: Floats, high: Floats, fields: FieldBounds | None = None) -> Values:
+    """What an expression comes to over boxes from low to high (n, 3), m; of a field nothing is known without `fields`."""
     with np.errstate(all="ignore"):
-        return _over(node, low, high)
+        return _over(node, low, high, fields)
 
 
 def _made(low: Floats, high: Floats, may: Bools, none: Bools) -> Values:
@@ -57,7 +63,7 @@ def _made(low: Floats, high: Floats, may: Bools, none: Bools) -> Values:
     return Values(np.where(odd, -np.inf, low), np.where(odd, np.inf, high), may, none)
 
 
-def _over(node: Node, low: Floats, high: Floats) -> Values:
+def _over(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) -> Values:
     nowhere = np.zeros(len(low), dtype=np.bool_)
     match node.do:
         case "number":
@@ -65,9 +71,11 @@ def _over(node: Node, low: Floats, high: Floats) -> Values:
             return Values(value, value, nowhere, nowhere)
         case "axis":
             return Values(low[:, node.value], high[:, node.value], nowhere, nowhere)
+        case "field" if fields is not None:
+            return Values(*fields(node.value, low, high), nowhere, nowhere)
         case "field":
             return Values(np.full(len(low), -np.inf), np.full(len(low), np.inf), ~nowhere, nowhere)
-    parts = [_over(part, low, high) for part in node.parts]
+    parts = [_over(part, low, high, fields) for part in node.parts]
     a, b = parts[0], parts[-1]
     match node.do:
         case "+":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from softmark.references.data import find
 from softmark.references.measured import Frame, Unreadable
 from softmark.resource_limits import reason_of
 from softmark.solvers.materials.varying import with_constants
+from softmark.solvers.mesh.voxel_bounds import VoxelBounds
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -23,6 +24,7 @@ Bools = NDArray[np.bool_]
 MESHES = (".vtu", ".vtk")
 IMAGES = (".nrrd", ".nhdr", ".nii", ".nii.gz")
 KEPT = 8  # files
+BLOCKS = 64  # along each axis of the grid that bounds of a mesh's field are kept in
 EDGE = 1e-6  # of a voxel, and of the extent of a mesh: what is as near to the outside lies within
 
 
@@ -41,15 +43,39 @@ class Image:
 
     def values(self, X: Floats) -> Floats:
         """At points X (n, 3), m: linear along each axis between centres, that of the nearest voxel beyond them (n,)."""
-        last = np.array(self.numbers.shape) - 1
-        at = np.clip(self._places(X), 0.0, last)
-        low = np.minimum(at.astype(np.int64), last - 1)
-        t = at - low
-        found = np.zeros(len(X))
-        for corner in np.ndindex(2, 2, 2):
-            i, j, k = (low + corner).T
-            found += np.where(np.array(corner, dtype=bool), t, 1.0 - t).prod(axis=1) * self.numbers[i, j, k]
+        return self._at(np.clip(self._places(X), 0.0, np.array(self.numbers.shape) - 1))
+
+    def _at(self, at: Floats) -> Floats:
+        """At indices with fractions (n, 3) within the image (n,)."""
+        low = np.minimum(at.astype(np.int64), np.array(self.numbers.shape) - 2)
+        (i, j, k), (r, s, t) = low.T, (at - low).T
+        found = np.zeros(len(at))
+        for a, b, c in np.ndindex(2, 2, 2):
+            share = (r if a else 1.0 - r) * (s if b else 1.0 - s) * (t if c else 1.0 - t)
+            found += share * self.numbers[i + a, j + b, k + c]
         return found
+
+    @cached_property
+    def _bounds(self) -> VoxelBounds:
+        return VoxelBounds(self.numbers, self.numbers)
+
+    def bounds(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+        """Least and largest values (n,) over boxes from low to high (n, 3), m: of all voxels that reach into a box.
+
+        Between the centres of neighbours values are linear along each axis: in small boxes those at corners tell.
+        """
+        middle, reach = self._places(0.5 * (low + high)), 0.5 * (high - low) @ np.abs(self.inverse).T
+        last = np.array(self.numbers.shape) - 1
+        ends = np.clip(middle - reach, 0.0, last), np.clip(middle + reach, 0.0, last)
+        first, final = np.floor(ends[0] + EDGE).astype(np.int64), np.ceil(ends[1] - EDGE).astype(np.int64)
+        least, most = self._bounds.within(first, np.maximum(first, final))
+        few = np.flatnonzero(np.all(final - first <= 2, axis=1))
+        low, high = ends[0][few], ends[1][few]
+        each = np.stack([low, np.clip(first[few] + 1.0, low, high), high])
+        corners = (np.stack([each[c, :, i] for i, c in enumerate(which)], axis=1) for which in np.ndindex(3, 3, 3))
+        found = [self._at(at) for at in corners]
+        least[few], most[few] = np.min(found, axis=0), np.max(found, axis=0)
+        return least, most
 
     def outside(self, X: Floats) -> Bools:
         """Which points X (n, 3) lie beyond the faces of the outermost voxels (n,)."""
@@ -75,6 +101,36 @@ class OnMesh:
         found: Floats = (N * self.numbers[place.nodes]).sum(axis=1)
         return found
 
+    @cached_property
+    def _bounds(self) -> tuple[VoxelBounds, Floats, Floats]:
+        """Bounds over the blocks of a grid around the mesh, the corner of the grid, m, and the edges of a block, m."""
+        from scipy.ndimage import distance_transform_edt
+
+        X, numbers = self.mesh.points[self.mesh.cells], self.numbers[self.mesh.cells]
+        low, high, least, most = X.min(axis=1), X.max(axis=1), numbers.min(axis=1), numbers.max(axis=1)
+        if self.mesh.element.order > 1:  # between nodes it may go beyond them
+            reach, more = 0.1 * (high - low), 0.25 * (most - least)
+            low, high, least, most = low - reach, high + reach, least - more, most + more
+        corner, far = low.min(axis=0), high.max(axis=0)
+        many = int(np.clip(round(2.0 * len(X) ** (1 / 3)), 1, BLOCKS))
+        edge = np.maximum(far - corner, 1e-12 * self.mesh.extent) / many
+        first, last = (np.clip(((at - corner) / edge).astype(np.int64), 0, many - 1) for at in (low, high))
+        down, up = np.full((many,) * 3, np.inf), np.full((many,) * 3, -np.inf)
+        for step in np.ndindex(*(int(n) + 1 for n in (last - first).max(axis=0))):
+            there = np.all(first + step <= last, axis=1)
+            i, j, k = (first[there] + step).T
+            np.minimum.at(down, (i, j, k), least[there])
+            np.maximum.at(up, (i, j, k), most[there])
+        near = distance_transform_edt(np.isinf(down), return_distances=False, return_indices=True)
+        return VoxelBounds(down[tuple(near)], up[tuple(near)]), corner, edge
+
+    def bounds(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+        """Least and largest values (n,) over boxes from low to high (n, 3), m: of all cells that are near a box."""
+        known, corner, edge = self._bounds
+        last = np.array(known.low.shape) - 1
+        first, final = (np.clip(((at - corner) / edge).astype(np.int64), 0, last) for at in (low, high))
+        return known.within(first, final)
+
     def outside(self, X: Floats) -> Bools:
         """Which points X (n, 3) lie in no cell (n,)."""
         from softmark.solvers.mesh.interpolation import locate
@@ -87,6 +143,13 @@ def reading(field: Field, X: Floats) -> Floats:
     """The values of a field at points X (n, 3), m: (n,), in SI. Raises Unreadable."""
     found: Floats = field.unit.value * loaded(field).values(np.asarray(X, dtype=np.float64))
     return found
+
+
+def bounds(field: Field, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Least and largest values (n,), SI, of a field over boxes from low to high (n, 3), m. Raises Unreadable."""
+    least, most = loaded(field).bounds(low, high)
+    ends = field.unit.value * least, field.unit.value * most
+    return np.minimum(*ends), np.maximum(*ends)
 
 
 def material_at(material: Any, X: Floats) -> Any:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from softmark.solvers.elements import element_of
 from softmark.solvers.energies.pressures import MixedSolid
 from softmark.solvers.materials.constraints import Mixed as Split
 from softmark.solvers.mesh.interpolation import Integration
-from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressures import pressures
 
 
@@ -21,4 +22,17 @@ def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> M
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
     at, body = 3 * len(mesh.points) + known.cells, (mesh.cells, parts.dNdX, parts.w)
     pair = (split.shape, split.constraint, split.compliance)
-    return MixedSolid(*body, *pair, at, known.N, len(mesh.points), mu, edge)
+    N = known.N if parts.N.ndim == 2 else pressure_shapes(mesh, parts)
+    return MixedSolid(*body, *pair, at, N, len(mesh.points), mu, edge)
+
+
+def pressure_shapes(mesh: Mesh, parts: Integration) -> Floats:
+    """Shape functions of pressures (m, q, b) at points of their own in each cell, by those of displacements there.
+
+    Linear functions between corners are what nodes on straight edges make of them.
+    """
+    if mesh.element.pressures == "cell":
+        return np.ones((*parts.w.shape, 1))
+    nodal = element_of(mesh.element.linear).shape(mesh.element.places())
+    found: Floats = parts.N @ nodal
+    return found

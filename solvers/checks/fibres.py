@@ -22,7 +22,6 @@ from softmark.solvers.checks.solids import (
     Stress,
     StressTerm,
     cofactor,
-    rule,
     shape,
 )
 from softmark.solvers.materials.frame import Frame
@@ -81,8 +80,8 @@ class DirectedBody(CheckedBody):
 
     at: Callable[[Floats], Stress] | None = None
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> tuple[Floats, Any]:
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         if self.at is None:
             raise TypeError("a material without its directions")
-        X = np.einsum("qa,mai->mqi", shape(self.kind, rule(self.kind)[0]), self.points[cells]).reshape(-1, 3)
+        X = (shape(self.kind, self._rule(at)[0]) @ self.points[cells]).reshape(-1, 3)
         return with_error(self.at(X), F)

@@ -138,7 +138,7 @@ class RememberingBody(CheckedBody):
 
     course: Course = field(kw_only=True)
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> tuple[Floats, Any]:
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """P of the points of some cells (n, 3, 3), and the error of its entries, Pa."""
         return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.centre))
 

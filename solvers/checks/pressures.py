@@ -105,7 +105,8 @@ class Pressed:
     `mu` is the shear modulus in Pa. `pressures` are those of a state, Pa, positive in
     tension: at the corners of each cell (m, c), or one in each (m, 1), as the element has them; None where they are
     M times the mean of g, with M finite. With a `depth`, m, it is a slice of that thickness through a body of
-    revolution about the y axis, and forces and volumes are those of whole rings.
+    revolution about the y axis, and forces and volumes are those of whole rings. `rules` are local points (m, q, 3) and
+    weights (m, q) of each cell, None where all have those of their kind.
     """
 
     points: Floats
@@ -116,9 +117,14 @@ class Pressed:
     mu: float
     pressures: Floats | None
     depth: float = 0.0
+    rules: tuple[Floats, Floats] | None = None
+
+    def _rule(self, some: slice) -> tuple[Floats, Floats]:
+        """Local points (q, 3) or (c, q, 3) of some cells, and weights."""
+        return solids.rule(self.kind) if self.rules is None else (self.rules[0][some], self.rules[1][some])
 
     def _chunks(self) -> Iterator[slice]:
-        size = max(1, CHUNK // len(solids.rule(self.kind)[1]))
+        size = max(1, CHUNK // len(solids.rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
         return (slice(at, at + size) for at in range(0, len(self.cells), size))
 
     def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
@@ -126,25 +132,32 @@ class Pressed:
 
         Of a body of revolution N_a / r (c, q, a) as well, in 1/m.
         """
-        xi, weights = solids.rule(self.kind)
+        xi, weights = self._rule(some)
         cells = self.cells[some]
         dNdX, det = solids.gradients(self.points, cells, self.kind, xi)
         F = np.einsum("mai,mqaJ->mqiJ", self.u[cells] - self.u[cells[:, :1]], dNdX) + np.eye(3)
         if not self.depth:
             return F, dNdX, weights * det, None
         N = solids.shape(self.kind, xi)
-        r = self.points[cells][:, :, 0] @ N.T
-        F[..., 2, 2] = 1.0 + (self.u[cells][:, :, 0] @ N.T) / r
+        r = solids.at_points(N, self.points[cells][:, :, 0])
+        F[..., 2, 2] = 1.0 + solids.at_points(N, self.u[cells][:, :, 0]) / r
         return F, dNdX, weights * det * (2.0 * np.pi * r / self.depth), N / r[..., None]
 
     @property
-    def _spread(self) -> tuple[Ints, Floats]:
-        """Where in one list the pressures of each cell are (m, b), and their shape functions (q, b)."""
-        xi = solids.rule(self.kind)[0]
+    def _spread(self) -> Ints:
+        """Where in one list the pressures of each cell are (m, b)."""
         element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
-            return self.cells[:, : element.corners], solids.shape(element.linear, xi)
-        return np.arange(len(self.cells))[:, None], np.ones((len(xi), 1))
+            return self.cells[:, : element.corners]
+        return np.arange(len(self.cells))[:, None]
+
+    def _shares(self, some: slice) -> Floats:
+        """The shape functions of pressures at the points of some cells (c, q, b), or of all (1, q, b)."""
+        xi, element = self._rule(some)[0], CELLS[self.kind]
+        if element.pressures == "corners":
+            N = solids.shape(element.linear, xi)
+            return N if N.ndim == 3 else N[None]
+        return np.ones((1, xi.shape[-2], 1))
 
     def forces(self) -> tuple[Floats, float, float]:
         """What cells pull at their nodes (n, 3), N; what the volumes lack, and what rounding may leave in both, N.
@@ -152,7 +165,7 @@ class Pressed:
         A volume counts as a force by mu over the edge of a mean cell, which makes of all unknowns lengths.
         """
         f, reach, vague = np.zeros_like(self.points), np.zeros(len(self.points)), np.zeros(len(self.points))
-        at, N = self._spread
+        at = self._spread
         known = np.zeros(int(at.max()) + 1)
         lacking, V = np.zeros_like(known), np.zeros(len(self.cells))
         if self.pressures is not None:
@@ -168,8 +181,9 @@ class Pressed:
             if self.pressures is None:
                 p = np.broadcast_to(((w * g).sum(axis=1) / (w * each).sum(axis=1))[:, None], w.shape)
             else:
-                p = known[at[some]] @ N.T
-                np.add.at(lacking, at[some], (w * (g - each * p)) @ N)
+                N = self._shares(some)
+                p = solids.at_points(N, known[at[some]])
+                np.add.at(lacking, at[some], solids.at_points(N.swapaxes(1, 2), w * (g - each * p)))
             stiff = max(stiff, float((1.0 / each).max())) if self.pressures is None else stiff
             P, error = with_error(split.shape, flat)
             slope, off = with_error(split.dg, flat)

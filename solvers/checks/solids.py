@@ -80,13 +80,16 @@ def _coefficients(kind: Cell) -> Floats:
 
 
 def shape(kind: Cell, xi: Floats) -> Floats:
-    """Shape functions (q, a) at local points xi (q, d)."""
-    found: Floats = _monomials(xi, np.array(_known(kind).monomials)) @ _coefficients(kind)
-    return found
+    """Shape functions (..., a) at local points xi (..., d)."""
+    found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_known(kind).monomials)) @ _coefficients(kind)
+    return found.reshape(*xi.shape[:-1], found.shape[1])
 
 
 def slope(kind: Cell, xi: Floats) -> Floats:
-    """dN/dxi (q, a, d) at local points xi (q, d)."""
+    """dN/dxi (..., a, d) at local points xi (..., d)."""
+    if xi.ndim > 2:
+        flat = slope(kind, xi.reshape(-1, xi.shape[-1]))
+        return flat.reshape(*xi.shape[:-1], *flat.shape[1:])
     powers, columns = np.array(_known(kind).monomials), []
     for axis in range(xi.shape[1]):
         lower = powers.copy()
@@ -160,8 +163,17 @@ def cofactor(J: Floats) -> tuple[Floats, Floats]:
     return np.moveaxis(cof, (0, 1), (-2, -1)), det
 
 
+def at_points(N: Floats, nodal: Floats) -> Floats:
+    """Values (m, q) of nodal ones (m, a), by shape functions of all cells (q, a), or of each (m, q, a)."""
+    found: Floats = (N @ nodal[:, :, None])[:, :, 0]
+    return found
+
+
 def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
-    """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh."""
+    """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh.
+
+    Local points xi are the same in all cells (q, 3), or those of each (m, q, 3).
+    """
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
     dN = slope(kind, xi)
     cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
@@ -233,7 +245,8 @@ class CheckedBody:
 
     With `turned` each cell has one rotation, that of its mean deformation gradient, and forces as in linear elasticity
     in that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
-    forces are those of whole rings.
+    forces are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each cell, None where all
+    have those of their kind.
     """
 
     points: Floats
@@ -244,26 +257,36 @@ class CheckedBody:
     stiff: float
     turned: bool = False
     depth: float = 0.0
+    rules: tuple[Floats, Floats] | None = None
 
-    def _chunks(self, cells: Ints) -> Iterator[Ints]:
-        size = max(1, CHUNK // len(rule(self.kind)[1]))
-        for start in range(0, len(cells), size):
-            yield cells[start : start + size]
+    def _chunks(self, cells: Ints) -> Iterator[slice]:
+        size = max(1, CHUNK // len(rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
+        return (slice(start, start + size) for start in range(0, len(cells), size))
+
+    def _rule(self, at: slice, centre: bool = False) -> tuple[Floats, Floats]:
+        """Local points (q, 3) or (m, q, 3), and weights, of a term in some of the cells; not of a centre alone."""
+        if self.rules is None or centre or len(places(self.kind)) == 4:
+            return rule(self.kind, centre)
+        return self.rules[0][at], self.rules[1][at]
 
     def forces(self, cells: Ints) -> tuple[Floats, float]:
-        """What the given cells (m, a) pull at their nodes (n, 3), N, and the norm of what rounding may leave in it."""
+        """What the given cells (m, a) pull at their nodes (n, 3), N, and the norm of what rounding may leave in it.
+
+        Where cells have `rules`, all cells of the body.
+        """
         g, reach = np.zeros_like(self.points), np.zeros(len(self.points))
-        for some in self._chunks(cells):
+        for at in self._chunks(cells):
+            some = cells[at]
             for term in self.terms:
-                local, size = self._local(some, term)
+                local, size = self._local(some, term, at)
                 for i in range(3):
                     g[:, i] += np.bincount(some.ravel(), local[:, :, i].ravel(), minlength=len(g))
                 reach += np.bincount(some.ravel(), size.ravel(), minlength=len(g))
         return g, float(np.linalg.norm(reach))
 
-    def _local(self, cells: Ints, term: StressTerm) -> tuple[Floats, Floats]:
+    def _local(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
         """Nodal forces of some cells (m, a, 3), N, and what rounding and differences may leave in them (m, a), N."""
-        xi, weights = rule(self.kind, term.centre)
+        xi, weights = self._rule(at, term.centre)
         dNdX, det = gradients(self.points, cells, self.kind, xi)
         w = weights * det
         U = self.u[cells] - self.u[cells[:, :1]]
@@ -275,26 +298,26 @@ class CheckedBody:
         if self.depth:
             r, F[..., 2, 2] = self._rings(cells, xi)
             w = w * (2.0 * np.pi * r / self.depth)
-        P, error = self._stress(cells, term, F.reshape(-1, 3, 3))
+        P, error = self._stress(cells, term, F.reshape(-1, 3, 3), at)
         P = P.reshape(F.shape)
         f = (dNdX @ (w[..., None, None] * P).swapaxes(2, 3)).sum(axis=1)
         if self.depth:  # a ring pulls its nodes to the axis, and nothing along z
             f[:, :, 2] = 0.0
-            f[:, :, 0] += (w * P[..., 2, 2] / r) @ shape(self.kind, xi)
+            f[:, :, 0] += at_points(shape(self.kind, xi).swapaxes(-1, -2), w * P[..., 2, 2] / r)
         unsure = EPS * self.stiff * np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
         unsure = unsure + np.broadcast_to(error, len(P.reshape(-1, 3, 3))).reshape(unsure.shape)
         size = np.einsum("mq,mqa->ma", np.abs(w) * unsure, np.linalg.norm(dNdX, axis=3))
         return (f @ R.transpose(0, 2, 1) if self.turned else f), size
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> tuple[Floats, Any]:
-        """P of the points of some cells (n, 3, 3), and the error of its entries, Pa."""
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
+        """P of the points of some cells (n, 3, 3), Pa, and the error of its entries; `at`: their place in the body."""
         return with_error(term.stress, F)
 
     def _rings(self, cells: Ints, xi: Floats) -> tuple[Floats, Floats]:
         """Distances from the axis, m, and by how much rings there have grown (m, q)."""
         N = shape(self.kind, xi)
-        r = self.points[cells][:, :, 0] @ N.T
-        return r, 1.0 + (self.u[cells][:, :, 0] @ N.T) / r
+        r = at_points(N, self.points[cells][:, :, 0])
+        return r, 1.0 + at_points(N, self.u[cells][:, :, 0]) / r
 
     def _through(self, cells: Ints) -> Any:
         """Which cells (m,) were drawn through the axis, as nodes tell."""
@@ -318,7 +341,8 @@ class CheckedBody:
         if len(places(self.kind)) == 4:  # the same everywhere
             xi = xi[:1]
         least, most = [], []
-        for some in self._chunks(self.cells):
+        for at in self._chunks(self.cells):
+            some = self.cells[at]
             dNdX, _ = gradients(self.points, some, self.kind, xi)
             F = (self.u[some] - self.u[some[:, :1]]).swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
             if self.depth:
@@ -353,29 +377,32 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 
 
 def weights_of(
-    points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0
+    points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0, rules: Any = None
 ) -> Floats:
     """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`.
 
-    `density` is a number, kg/m^3, or gives that of points (n, 3).
+    `density` is a number, kg/m^3, or gives that of points (n, 3). `rules` are local points (m, q, 3) and weights (m, q)
+    of each cell, None where all have those of their kind.
     """
     if how == "uniform":
-        whole = float(weights_of(points, cells, kind, density, "consistent", nodes).sum())
+        whole = float(weights_of(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
         return np.full(nodes, whole / nodes)
     few = len(places(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
-    xi, w = rule(kind) if few else _mass_rule(kind)
-    N, carried = shape(kind, xi), np.zeros(nodes)
-    size = max(1, CHUNK // len(w))
+    all_xi, all_w = rules or (rule(kind) if few else _mass_rule(kind))
+    carried = np.zeros(nodes)
+    size = max(1, CHUNK // all_xi.shape[-2])
     for start in range(0, len(cells), size):
-        some = cells[start : start + size]
+        at = slice(start, start + size) if rules else slice(None)
+        some, xi, w = cells[start : start + size], all_xi[at], all_w[at]
+        N = shape(kind, xi)
         volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
         if depth:  # of whole rings
-            volumes = volumes * (2.0 * np.pi / depth * (points[some][:, :, 0] @ N.T))
-        X = np.einsum("qa,mai->mqi", N, points[some]).reshape(-1, 3) if callable(density) else None
+            volumes = volumes * (2.0 * np.pi / depth * at_points(N, points[some][:, :, 0]))
+        X = (N @ points[some]).reshape(-1, 3) if callable(density) else None
         volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
-        share = volumes @ N
+        share = at_points(N.swapaxes(-1, -2), volumes)
         if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
-            square = volumes @ N**2
+            square = at_points(N.swapaxes(-1, -2) ** 2, volumes)
             share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
         carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
     return carried

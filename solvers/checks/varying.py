@@ -35,16 +35,17 @@ class VaryingBody(CheckedBody):
 
     constants: Constants | None = None
 
-    def _stress(self, cells: Ints, term: StressTerm, F: Floats) -> tuple[Floats, Any]:
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         if not isinstance(term, VaryingTerm) or term.of is None or self.constants is None:
-            return super()._stress(cells, term, F)
-        kind = self.kind if len(solids.places(self.kind)) != 4 else "tet10"
-        xi, w = solids.rule(kind)
+            return super()._stress(cells, term, F, at)
+        tetrahedra = len(solids.places(self.kind)) == 4
+        kind = "tet10" if tetrahedra else self.kind
+        xi, w = solids.rule(kind) if self.rules is None else (self.rules[0][at], self.rules[1][at])
         X = points_in(self.points, cells, self.kind, xi)
         E, nu = self.constants(X.reshape(-1, 3))
         mu, lam = (m.reshape(len(cells), -1) for m in moduli(E, nu))
-        if term.centre or len(solids.places(self.kind)) == 4:
-            w = w if kind != self.kind else w * solids.gradients(self.points, cells, kind, xi)[1]
+        if term.centre or tetrahedra:
+            w = w if tetrahedra else w * solids.gradients(self.points, cells, kind, xi)[1]
             w = w * X[..., 0] if self.depth else w  # of whole rings
             share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
             mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
@@ -60,13 +61,13 @@ class VaryingPressed(Pressed):
     def _split(self, some: slice) -> Split:
         if self.apart is None:
             return self.split
-        X = points_in(self.points, self.cells[some], self.kind, solids.rule(self.kind)[0])
+        X = points_in(self.points, self.cells[some], self.kind, self._rule(some)[0])
         return self.apart(X.reshape(-1, 3))
 
 
 def points_in(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
-    """Where local points xi (q, 3) of cells lie (m, q, 3), m."""
-    found: Floats = np.einsum("qa,mai->mqi", solids.shape(kind, xi), points[cells])
+    """Where local points xi (q, 3), or those of each cell (m, q, 3), lie (m, q, 3), m."""
+    found: Floats = solids.shape(kind, xi) @ points[cells]
     return found
 
 

@@ -46,10 +46,13 @@ def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[
 def consistent_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None) -> sparse.csr_matrix:
     """M_ab = density * sum over points of w N_a N_b, for each of three directions (3 nodes, 3 nodes), kg.
 
-    Source: Archer 1963; `N`, `w` as from `mass_points`.
+    Source: Archer 1963; `N`, `w` as from `mass_points`; N are (m, q, a) where each cell has points of its own.
     """
     count = int(cells.max()) + 1 if nodes is None else nodes
-    local = density * np.einsum("mq,qa,qb->mab", w, N, N)
+    if N.ndim == 3:
+        local = density * (N.swapaxes(1, 2) @ (w[:, :, None] * N))
+    else:
+        local = density * np.einsum("mq,qa,qb->mab", w, N, N)
     rows, columns = np.broadcast_arrays(cells[:, :, None], cells[:, None, :])
     scalar = sparse.csr_matrix((local.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))
     return sparse.kron(scalar, np.eye(3), format="csr")
@@ -62,7 +65,7 @@ def lumped_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | 
     Zienkiewicz 1976).
     """
     count = int(cells.max()) + 1 if nodes is None else nodes
-    diagonal = np.einsum("mq,qa->ma", w, N**2)
+    diagonal = np.einsum("mq,qa->ma", w, N**2) if N.ndim == 2 else np.einsum("mq,mqa->ma", w, N**2)
     share = density * w.sum(axis=1, keepdims=True) * diagonal / diagonal.sum(axis=1, keepdims=True)
     lumped = np.zeros(count)
     np.add.at(lumped, cells, share)

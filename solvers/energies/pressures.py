@@ -40,7 +40,7 @@ class MixedSolid(Energy):
     `hoop` (m, q, a), 1/m, they are of a body of revolution, as in `Revolved`. The
     state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
     modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
-    (m, b) are their places in x, `Np` (q, b) their shape functions, `compliance` is 1/M in 1/Pa, one for all or of each
+    (m, b) are their places in x, `Np` (q, b), or (m, q, b) of each cell, their shape functions, `compliance` is 1/M in 1/Pa, one for all or of each
     point (m, q). Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and
     Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), not quite.
     """
@@ -91,8 +91,13 @@ class MixedSolid(Energy):
 
     def pressure(self, x: Floats) -> Floats:
         """At every integration point (m, q), Pa; positive in tension."""
-        p: Floats = self.unit * (x[self.pressures] @ self.Np.T)
+        p: Floats = self.unit * (self.Np @ x[self.pressures][:, :, None])[:, :, 0]
         return p
+
+    def _weighed(self, values: Floats) -> Floats:
+        """int N_b of values (m, q) at the points, times volumes or none: (m, b)."""
+        found: Floats = (values[:, None] @ self.Np)[:, 0]
+        return found
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N: of strains, and of volumes."""
@@ -115,9 +120,10 @@ class MixedSolid(Energy):
         """Nodal forces, N, and what the volume lacks, in N as well."""
         u, p = self.displacements(x), self.pressure(x)
         self._shape.add_gradient(u, g[: u.size], scale)
-        self._shape.add_stresses(self.constraint.gradient(self.F(x)) * p.reshape(-1, 1, 1), g[: u.size], scale)
+        F = self.F(x)
+        self._shape.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
         lacking = self._constraint(x) - self.compliance * p
-        np.add.at(g, self.pressures, (scale * self.unit) * ((self.w * lacking) @ self.Np))
+        np.add.at(g, self.pressures, (scale * self.unit) * self._weighed(self.w * lacking))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """The saddle's matrix, N/m. Projected: the block of displacements is made definite, without its pressures."""
@@ -130,7 +136,7 @@ class MixedSolid(Energy):
         """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
         rows = self._shape.slope(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
-        C = np.einsum("mq,qb,qc->mbc", self.w * self.compliance, self.Np, self.Np, optimize=True)
+        C = self.Np.swapaxes(-1, -2) @ ((self.w * self.compliance)[:, :, None] * self.Np)
         add_blocks(scale * B, slots[:, :width, width:], data)
         add_blocks(scale * B.transpose(0, 2, 1), slots[:, width:, :width], data)
         add_blocks((-scale * self.unit) * C, slots[:, width:, width:], data)
@@ -139,7 +145,7 @@ class MixedSolid(Energy):
     def spare(self) -> Floats:
         """What a compliance of SLACK / mu takes from the diagonal of the matrix (dofs,), N/m (see `saddle`)."""
         spare = np.zeros(self.dofs)
-        np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * (self.w @ self.Np))
+        np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._weighed(self.w))
         return spare
 
 

@@ -36,9 +36,13 @@ class OfSlice(Protocol):
 
 
 def carried(like: OfSlice, N: Floats, points: Floats, depth: float) -> tuple[Floats, Floats]:
-    """N_a / r (m, q, a), 1/m, of a slice with nodes (n, 3), m, and the volumes of whole rings (m, q), m^3."""
-    r = points[like.cells, 0] @ N.T
-    return N[None] / r[:, :, None], like.w * around(r, depth)
+    """N_a / r (m, q, a), 1/m, of a slice with nodes (n, 3), m, and the volumes of whole rings (m, q), m^3.
+
+    Shape functions N are those at the points of all cells (q, a), or of each (m, q, a).
+    """
+    each = N if N.ndim == 3 else N[None]
+    r = (each @ points[like.cells, 0][:, :, None])[:, :, 0]
+    return each / r[:, :, None], like.w * around(r, depth)
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,19 @@ CHUNK = 32  # points whose distances to all cells are held at once
 
 @dataclass(frozen=True)
 class Integration:
-    """dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell."""
+    """dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell.
+
+    Shape functions `N` are (q, a) where all cells have the same local points, and else (m, q, a).
+    """
 
     dNdX: Floats
     w: Floats
-    N: Floats  # (q, a)
+    N: Floats
+
+    def at_points(self, nodal: Floats) -> Floats:
+        """Values (m, q) at the points, of values at the nodes of cells (m, a)."""
+        found: Floats = nodal @ self.N.T if self.N.ndim == 2 else np.einsum("mqa,ma->mq", self.N, nodal)
+        return found
 
 
 def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:

@@ -18,6 +18,7 @@ from softmark.solvers.energies.loads import FollowerPressure
 BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures", "hoop", "dNpdX")
 LAWS = ("law", "volume", "drag")  # whose constants may have a row for each cell
 MODULI = ("bulk", "compliance")  # one for all cells, or a row for each
+SHAPES = ("Np",)  # the same in all cells (q, b), or of each (m, q, b)
 BY_NODE = ("X",)
 WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
 
@@ -60,6 +61,7 @@ def of_cells(energy: Energy, which: Any) -> dict[str, Any]:
     """What of an energy over cells has a row for each, of some: constants of laws that vary among it."""
     rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
     rows |= {n: law.of(which) for n, law in _fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
+    rows |= {n: a[which] for n, a in _fields(energy, SHAPES).items() if np.ndim(a) == 3}
     return rows | {n: a[which] for n, a in _fields(energy, MODULI).items() if np.ndim(a)}
 
 

@@ -16,6 +16,7 @@ from softmark.interpreter.evidence.reaction_check import summed
 from softmark.interpreter.evidence.unchecked import Unchecked
 from softmark.interpreter.models.answers.carried import Wrench
 from softmark.interpreter.models.fem.words import Fem
+from softmark.interpreter.models.shared.pieces import own_points
 from softmark.interpreter.models.shared.prepared import Moved
 from softmark.interpreter.problem.case import Case
 from softmark.records import dataclass
@@ -107,7 +108,9 @@ class Solved:
         found, noise = np.zeros_like(self.mesh.points), 0.0
         for own, which in alone(self.case, self.mesh):
             cells = self.mesh.cells[which][near[which]]
-            body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u)
+            rules = own_points(own, self.mesh.mesh, which, False)
+            rules = None if rules is None else (rules[0][near[which]], rules[1][near[which]])
+            body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u, rules)
             body = self._remembering(own, body)
             f, left = body.forces(cells)
             found, noise = found + f, noise + left
@@ -210,10 +213,11 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
         raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
     case = _at_ease(case)
     material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
+    rules = own_points(case, mesh.mesh, which, True)
     if getattr(material, "directed", False):
         from softmark.interpreter.evidence import fibres
 
-        return fibres.pressed_of(case, *body, own)
+        return fibres.pressed_of(case, *body, own, rules)
     material = getattr(material, "law", material)  # of what relaxes, that which it is at once
     E, nu = material.young, material.poisson
     split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
@@ -228,16 +232,23 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
     constants = constants_of(case)
     E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
     mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
-    return VaryingPressed(*body, split, mu, own, case.depth, apart=varying(material, model.strain, constants))
+    apart = varying(material, model.strain, constants)
+    return VaryingPressed(*body, split, mu, own, case.depth, rules, apart=apart)
 
 
-def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats) -> CheckedBody:
-    """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked."""
+def checked_body(
+    model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None
+) -> CheckedBody:
+    """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked.
+
+    `rules` are local points (m, q, 3) and weights (m, q) of each cell, where these are not those of their kind: constants
+    are integrated there, which `evidence/graded.py` judges by another quadrature.
+    """
     turned, case = model.rotation == "element", _at_ease(case)
     if getattr(case.material, "directed", False):
         from softmark.interpreter.evidence import fibres
 
-        return fibres.body_of(case, points, cells, kind, u)
+        return fibres.body_of(case, points, cells, kind, u, rules)
     if case.uniform:
         terms, stiff = terms_of(model, case)
         return CheckedBody(points, cells, kind, u, terms, stiff, turned, case.depth)
@@ -253,7 +264,7 @@ def checked_body(model: Fem, case: Case, points: Floats, cells: Any, kind: str, 
     constants = constants_of(case)
     mu, lam = varying.moduli(*constants(points[cells].reshape(-1, 3)))
     stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
-    return varying.VaryingBody(points, cells, kind, u, own, stiff, turned, case.depth, constants=constants)
+    return varying.VaryingBody(points, cells, kind, u, own, stiff, turned, case.depth, rules, constants=constants)
 
 
 def _at_ease(case: Case) -> Case:

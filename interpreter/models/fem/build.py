@@ -29,7 +29,7 @@ from softmark.interpreter.models.shared.holding import solid_supports
 from softmark.interpreter.models.shared.loading import mass_matrix, single_loads, together
 from softmark.interpreter.models.shared.meshing import filled_notes, mesh_facts, sliver_note, volume_note, with_quality
 from softmark.interpreter.models.shared.on_mesh import OnMesh
-from softmark.interpreter.models.shared.pieces import Piece, must_be_mirrored, pieces, sampled
+from softmark.interpreter.models.shared.pieces import Piece, must_be_mirrored, pieces, sampled, softness_note
 from softmark.interpreter.models.shared.pieces import notes as notes_of_parts
 from softmark.interpreter.models.shared.prepared import Moved, Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, Fault, fault
@@ -185,7 +185,8 @@ class PreparedSolid(OnMesh):
         beside = outside.settled(self, found)
         kept, adrift = outside.kept(self, beside, x)
         doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
-        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *doubts)
+        soft = softness_note(self.declared, self.pieces, u)
+        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
@@ -304,7 +305,7 @@ def at_rest(
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integration(mesh)
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
-    each = sampled(pieces(case, mesh, parts))
+    each = sampled(pieces(case, mesh, parts), model.formulation != "displacement")
     formulations.must_be_compressible(declared, each)
     passive, tensions = muscles(each)
     internal, twins = formulations.of_parts(model, passive, energies)

@@ -200,7 +200,7 @@ def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
 
 def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
     """Of integration points (m, q), m^3: of a body of revolution in proportion to those of whole rings."""
-    return parts.w * (mesh.points[mesh.cells, 0] @ parts.N.T) if case.depth else parts.w
+    return parts.w * parts.at_points(mesh.points[mesh.cells, 0]) if case.depth else parts.w
 
 
 def _mean(modulus: Any, w: Floats) -> float:

@@ -20,6 +20,15 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.profiles import Profile
 from softmark.interpreter.language.scene import Declared
+from softmark.interpreter.models.shared.varying_quadrature import (
+    CellRule,
+    Functions,
+    Resolved,
+    key_of,
+    of_one,
+    of_stiffness,
+    resolved,
+)
 from softmark.interpreter.problem.case import Case, Fault, fault
 from softmark.interpreter.problem.field_files import loaded, reading
 from softmark.interpreter.problem.graded import allowed, out_of_range
@@ -29,18 +38,20 @@ from softmark.references.measured import Unreadable
 from softmark.solvers.elements import CELLS
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.varying import averaged, changed, with_constants
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.interpolation import Integration, integration
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.interpolation import Rule
 
+ACTIVE = ("tension", "shortening")  # constants of muscle that act
 OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
 FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
 STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
 MANY = 0.01  # of the volume of the body: in such cells without a warning
 HARD = 1e4  # modulus of pressure by that of shear
 BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
+MISSED = 2e-3  # of the integral of a constant: less goes without a warning
 LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
 
 
@@ -82,15 +93,64 @@ class Part(Protocol):
 Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
 
 
-def at_points(own: Part) -> Case:
-    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault."""
+def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
+    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault.
+
+    And these points, where cells need others than those of their element, None where they do not. With `pressures` in
+    the cells constants of the volume are integrated as their inverses are.
+    """
     mesh, rule = own.mesh, _rule(own.mesh)
+    must_be_in_range(own.case, mesh)
+    seen = stiffness_of(own.case, mesh, pressures)
+    known = None if seen is None else seen.rule
+    X = places(mesh, rule) if known is None else known.places(mesh)
     if getattr(own.case.material, "turning", False):
-        return replace(own.case, other_material=turned(own.case, mesh))
-    sampled = _sampled(own.case, mesh, rule)
+        return replace(own.case, other_material=turned(own.case, mesh, X)), _parts(mesh, known)
+    sampled = _sampled(own.case, X)
     if mesh.element.constant and sampled.sampled:
-        sampled = averaged(sampled, np.broadcast_to(rule[1], (len(mesh.cells), len(rule[1]))))
-    return replace(own.case, other_material=sampled)
+        w = np.broadcast_to(rule[1], X.shape[:2]) if known is None else known.w
+        return replace(own.case, other_material=averaged(sampled, w)), None
+    return replace(own.case, other_material=sampled), _parts(mesh, known)
+
+
+def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
+    return None if rule is None else rule.integration(mesh)
+
+
+def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
+    """How cells integrate what of the constants of one material its energy is made of; None of constants that do not.
+
+    Of muscle that is what it does: its law does not vary.
+    """
+    material = case.material
+    found = profiles(material)
+    if case.porous or material.branches:  # what seeps or remembers does so at the points of its element
+        return None
+    if getattr(material, "turning", False) or getattr(material, "pulls", False):
+        active = next((p for name, p in found.items() if name in ACTIVE), None)
+        return None if active is None else resolved(mesh, of_one(active, values), _rule(mesh), False)
+    if not any(name in OF_LAWS for name in found):
+        return None
+    return resolved(mesh, moduli_of(material, pressures), _rule(mesh), False)
+
+
+def moduli_vary(case: Case) -> bool:
+    """Whether moduli of a material vary."""
+    material = case.material
+    return not getattr(material, "turning", False) and any(name in OF_LAWS for name in profiles(material))
+
+
+def moduli_of(material: Any, pressures: bool) -> Functions:
+    """What is integrated of the moduli of a material, as `stiffness_of` has them."""
+    return of_stiffness(material.young, material.poisson, pressures, values)
+
+
+def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
+    """How cells integrate the density of one material; None of one that is a number."""
+    rho = case.material.density
+    return (
+        resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
+    )
 
 
 def _rule(mesh: Mesh) -> Rule:
@@ -98,31 +158,32 @@ def _rule(mesh: Mesh) -> Rule:
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
-def _sampled(case: Case, mesh: Mesh, rule: Rule) -> Any:
-    """The material with arrays (m, q) for what varies of its law. Raises Fault for values that it must not have."""
-    X, new = places(mesh, rule), {}
-    others = (mesh.points[mesh.cells], places(mesh, _fine(mesh.kind)))
+def must_be_in_range(case: Case, mesh: Mesh) -> None:
+    """Raises Fault for a constant that is out of its range at points of the element, at nodes, or at those of a finer rule."""
+    for profile in profiles(case.material).values():
+        for X in (places(mesh, _rule(mesh)), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
+            _must_be_allowed(case, profile, values(profile, X), X)
+
+
+def _sampled(case: Case, X: Floats) -> Any:
+    """The material with arrays (m, q) for what varies of its law, at points X (m, q, 3). Raises Fault out of their range."""
+    new = {}
     for name, profile in profiles(case.material).items():
-        for at in (X, *others):
-            found = values(profile, at)
-            _must_be_allowed(case, profile, found, at)
-            if at is X and name in OF_LAWS:
-                new[name] = found
+        if name in OF_LAWS:
+            new[name] = values(profile, X)
+            _must_be_allowed(case, profile, new[name], X)
     return with_constants(case.material, new)
 
 
-def turned(case: Case, mesh: Mesh) -> Any:
-    """The material with the directions of its fibres at the points of integration of a mesh (m, q). Raises Fault."""
+def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
+    """The material with the directions of its fibres at points X (m, q, 3), m, of its mesh. Raises Fault."""
     from softmark.interpreter.models.shared.hollow import must_have_directions
     from softmark.solvers.materials.frame import NoDirection
 
     at = case.body.at("material")
     must_have_directions(case, mesh)
     try:
-        for profile in profiles(case.material).values():
-            for X in (places(mesh, mesh.element.quadrature()), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
-                _must_be_allowed(case, profile, values(profile, X), X)
-        return case.material.placed(places(mesh, mesh.element.quadrature()), reading)
+        return case.material.placed(X, reading)
     except NoDirection as error:
         where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
         raise fault(
@@ -189,6 +250,16 @@ class Density:
 
     profile: Profile
     case: Case
+
+    def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
+        """Shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, that masses need."""
+        from softmark.solvers.dynamics.mass import mass_points
+
+        seen = density_resolved(self.case, mesh)
+        if seen is not None and seen.rule is not None:
+            return seen.rule.shape(mesh), seen.rule.w, seen.rule.places(mesh)
+        N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+        return N, w, np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
 
     def at(self, X: Floats) -> Floats:
         """At points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where it is none."""
@@ -260,6 +331,20 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
         change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
     size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
     lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
+    known = density_resolved(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
+    if known is not None:
+        lost = float(known.missed.sum())
+        row = (
+            1
+            if profile.name == "poisson" and len(known.least) > 1 and isinstance(case.material.poisson, Profile)
+            else 0
+        )
+        with np.errstate(all="ignore"):
+            change = np.maximum(change, np.nan_to_num(known.largest[row] / known.least[row], nan=1.0, posinf=np.inf))
+        if row == 0 and not isinstance(getattr(case.material, "poisson", 0.0), Profile):
+            least_seen, most_seen = float(known.least[0].min()), float(known.largest[0].max())
+            seen = np.concatenate([seen.ravel(), [least_seen, most_seen]])
+            each = known.means[0] * w.sum(axis=1)
     steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
     found = Spread(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
     out = _outside(profile, X)
@@ -268,6 +353,16 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
     share = float(w[out].sum()) / total
     there = (float(c[out].min()), float(c[out].max())) if out.any() else (0.0, 0.0)
     return replace(found, outside=share, there=there, read=True)
+
+
+def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
+    """How cells integrate stiffness, for a model with pressures if one was built on the mesh."""
+    for pressures in (True, False):
+        key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
+        if key in mesh.selections:
+            found: Resolved = mesh.selections[key]
+            return found
+    return stiffness_of(case, mesh, False)
 
 
 def _told(profile: Profile, found: Floats) -> Floats:
@@ -365,6 +460,13 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
             )  # fmt: skip
         if profile.name == "poisson":
             yield from _locks(declared, case, spread.most)
+        if spread.lost > MISSED:
+            yield diagnostic(
+                "W402", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
+                f"`{profile.name}` of `{of}` varies too much within cells of `{declared.name}` for its integrals over them",
+                f"up to {100 * spread.lost:.2g} % of them may be missed",
+                "its stated error has that part: use a finer mesh, or an expression or image without such fine features",
+            )  # fmt: skip
         pressed = profile.name == "poisson" and declared.thing.formulation == "mixed"  # which takes any
         if spread.steep > MANY and not pressed:
             what = (

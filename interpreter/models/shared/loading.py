@@ -123,23 +123,24 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
     if depth:
         from softmark.solvers.energies.revolved import around
 
-        w = w * around(mesh.points[mesh.cells, 0] @ N.T, depth)
+        w = w * around((N @ mesh.points[mesh.cells, 0][:, :, None])[:, :, 0], depth)
     carried = np.zeros(len(mesh.points))
-    np.add.at(carried, mesh.cells, density * w @ N)
+    np.add.at(carried, mesh.cells, density * w @ N if N.ndim == 2 else density * np.einsum("mq,mqa->ma", w, N))
     return carried
 
 
 def _massive(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
     """Shape functions (q, a) and volumes (m, q), m^3, of points that integrate masses, and the density, kg/m^3.
 
-    A density that varies is put into the volumes, which are masses then, of density one.
+    A density that varies is put into the volumes, which are masses then, of density one; shape functions are (m, q, a)
+    where cells need points of their own for it.
     """
     from softmark.solvers.dynamics.mass import mass_points
 
-    N, w = mass_points(mesh.points, mesh.cells, mesh.element)
     if isinstance(density, float | int):
-        return N, w, density
-    return N, w * density.at(np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])), 1.0
+        return *mass_points(mesh.points, mesh.cells, mesh.element), density
+    N, w, X = density.points(mesh)
+    return N, w * density.at(X), 1.0
 
 
 def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution) -> Any:

@@ -42,13 +42,58 @@ class Piece:
         return graded.density_of(case)
 
 
-def sampled(each: tuple[Piece, ...]) -> tuple[Piece, ...]:
-    """Pieces with the constants of materials that vary at their points of integration. Raises Fault."""
-    if all(own.case.uniform for own in each):
-        return each
+def sampled(each: tuple[Piece, ...], pressures: bool = False) -> tuple[Piece, ...]:
+    """Pieces with the constants of materials that vary at their points of integration. Raises Fault.
+
+    Where cells need other points than those of their element, `parts` are those; with `pressures` in the cells as well.
+    """
+    return each if all(own.case.uniform for own in each) else tuple(_sampled(own, pressures) for own in each)
+
+
+def _sampled(own: Piece, pressures: bool) -> Piece:
     from softmark.interpreter.models.shared import graded
 
-    return tuple(own if own.case.uniform else replace(own, case=graded.at_points(own), graded=own.case) for own in each)
+    if own.case.uniform:
+        return own
+    case, parts = graded.at_points(own, pressures)
+    return replace(own, case=case, graded=own.case, parts=own.parts if parts is None else parts)
+
+
+LocalPoints = tuple[Any, Any]  # of each cell, (m, q, 3), and their weights (m, q)
+
+
+def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
+    """The points at which cells integrate constants of stiffness, None where they are those of their element.
+
+    `which` cells of a mesh are of the material that the `case` is of.
+    """
+    if case.uniform:
+        return None
+    from softmark.interpreter.models.shared import graded
+
+    own = some_cells(mesh, which)
+    return _local(graded.stiffness_of(case, own, pressures), own)
+
+
+def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
+    """The same of the points at which they integrate a density."""
+    if case.uniform:
+        return None
+    from softmark.interpreter.models.shared import graded
+
+    own = some_cells(mesh, which)
+    return _local(graded.density_resolved(case, own), own)
+
+
+def some_cells(mesh: Mesh, which: Any) -> Mesh:
+    """A mesh of the cells of one material: the whole, where `which` is a slice."""
+    from softmark.interpreter.models.shared.regions import submesh
+
+    return mesh if isinstance(which, slice) else submesh(mesh, which)
+
+
+def _local(seen: Any, own: Mesh) -> LocalPoints | None:
+    return None if seen is None or seen.rule is None else seen.rule.local(own)
 
 
 def must_be_mirrored(each: tuple[Piece, ...]) -> None:
@@ -120,6 +165,24 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
         found = (*found, *graded.notes(declared, case, mesh, partial(_whole, case, mesh)))
     return found
+
+
+def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
+    """The share of its stiffness that a body in displacements u (n, 3), m, may lack: moduli vary within its cells."""
+    if case.uniform or case.porous:
+        return 0.0
+    from softmark.interpreter.models.shared import softness_notes
+
+    return softness_notes.softer_by(u, _whole(case, mesh), pressures)
+
+
+def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any) -> tuple[Diagnostic, ...]:
+    """A warning where moduli vary within cells and the body, in displacements u (n, 3), m, may be softer for it."""
+    if all(own.graded is None or own.case.porous for own in each):
+        return ()
+    from softmark.interpreter.models.shared import softness_notes
+
+    return tuple(softness_notes.softness_note(declared, u, [replace(own, case=own.graded or own.case) for own in each]))
 
 
 def of_cells(case: Case, mesh: Any) -> Any:

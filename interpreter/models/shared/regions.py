@@ -90,7 +90,17 @@ def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, M
         if len(which):
             own = Integration(np.ascontiguousarray(parts.dNdX[which]), parts.w[which], parts.N)
             alone = replace(case, other_material=material, parts=())
-            yield alone, Mesh(mesh.points, mesh.cells[which], mesh.kind), own, which, number
+            yield alone, submesh(mesh, which), own, which, number
+
+
+def submesh(mesh: Mesh, which: Ints) -> Mesh:
+    """A mesh of some cells over all nodes: the same each time, with what is found of it."""
+    kept: list[tuple[Ints, Mesh]] = mesh.selections.setdefault(submesh, [])
+    for own, found in kept:
+        if np.array_equal(own, which):
+            return found
+    kept.append((which, Mesh(mesh.points, mesh.cells[which], mesh.kind)))
+    return kept[-1][1]
 
 
 def owners(case: Case, mesh: Mesh) -> Owners:

@@ -1,0 +1,130 @@
+"""Bounds of how much softer a body can be than its cells, where Young's modulus varies within these.
+
+The displacements of a cell are one polynomial: it takes the arithmetic mean of the modulus (Voigt 1889), as layers side
+by side have. Layers one behind the other have the harmonic mean (Reuss 1929). Along every line of a cell the harmonic
+mean is the least that a body can have where all of its columns along the line act by themselves: no body is softer
+along that line, and layers that the line does not cross cost nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.models.shared.varying_quadrature import Functions, Resolved
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.adaptive_quadrature import family_of
+from softmark.solvers.mesh.mesh import Mesh
+
+LINES = 12  # through each cell, along each of its axes
+EVEN = 129  # places along a line, evenly
+MORE = 128  # places along a line where the integral of the modulus needed points
+CELLS = 300  # that are looked at
+SIDES = {  # normals of the faces of reference cells, outward, and how far along them faces are
+    "hexahedra": (np.concatenate([np.eye(3), -np.eye(3)]), np.ones(6)),
+    "wedges": (
+        np.array([[-1, 0, 0], [0, -1, 0], [1, 1, 0], [0, 0, -1], [0, 0, 1]], dtype=float),
+        np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
+    ),
+    "tetrahedra": (np.concatenate([-np.eye(3), np.ones((1, 3))]), np.array([0.0, 0.0, 0.0, 1.0])),
+}
+ALL = 0.999  # of the stiffness: no more is taken for lost
+
+
+@dataclass(frozen=True)
+class Softness:
+    """What cells (k,) may lack in softness: `loss` (k, 3) of the modulus along three axes `ways` (k, 3, 3), unit rows.
+
+    They stand for `times` as many cells.
+    """
+
+    cells: Ints
+    loss: Floats
+    ways: Floats
+    times: float
+
+
+def softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
+    """Shares of the modulus that harmonic means along lines are below arithmetic ones; found once for each mesh."""
+    key = softness, functions.profiles, functions.kept
+    if key not in mesh.selections:
+        mesh.selections[key] = _softness(mesh, functions, seen)
+    found: Softness = mesh.selections[key]
+    return found
+
+
+def _softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
+    special = np.zeros(len(mesh.cells), dtype=bool) if seen.rule is None else seen.rule.special
+    rng = np.random.default_rng(len(mesh.cells))
+    every = np.flatnonzero(special)
+    cells = np.sort(rng.permutation(every)[:CELLS])
+    fine, starts = seen.fine, np.searchsorted(seen.fine.cell, np.arange(len(mesh.cells) + 1))
+    loss, (local, ways) = np.zeros((len(cells), 3)), _axes(mesh, cells)
+    for row, cell in enumerate(cells):
+        own = slice(starts[cell], starts[cell + 1])
+        weight = np.cumsum(np.abs(fine.values[0, own]) * fine.w[own])
+        places = fine.xi[own][np.searchsorted(weight, rng.uniform(0.0, weight[-1], LINES)).clip(max=len(weight) - 1)]
+        for axis, way in enumerate(local[row]):
+            loss[row, axis] = _along(mesh, functions, cell, places, way, fine.xi[own, axis])
+    return Softness(cells, loss, ways, len(every) / max(1, len(cells)))
+
+
+def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
+    """Three directions in cells: in their local coordinates (k, 3, 3), rows, and in space, of length one.
+
+    Of hexahedra along their edges; of others, whose edges lie any way, along the axes of space.
+    """
+    middle = mesh.element.gradient(np.array([mesh.element.centre]))[0]
+    J = np.einsum("mai,aj->mij", mesh.points[mesh.cells[cells]], middle)
+    if family_of(mesh.element) == "hexahedra":
+        ways = J.swapaxes(1, 2)
+        return np.broadcast_to(np.eye(3), J.shape), ways / np.linalg.norm(ways, axis=2, keepdims=True)
+    return np.linalg.inv(J).swapaxes(1, 2), np.broadcast_to(np.eye(3), J.shape)
+
+
+def _along(mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats) -> float:
+    """1 less the mean of harmonic over arithmetic means along lines through local points (k, 3) in a local direction."""
+    sides, limits = SIDES[family_of(mesh.element)]
+    with np.errstate(all="ignore"):
+        reach = (limits - places @ sides.T) / (sides @ way)  # to the planes of the faces (k, f)
+    low = np.where(sides @ way < 0.0, reach, -np.inf).max(axis=1)
+    high = np.where(sides @ way > 0.0, reach, np.inf).min(axis=1)
+    t = np.linspace(0.0, 1.0, EVEN)
+    if family_of(mesh.element) == "hexahedra":
+        t = np.unique(np.concatenate([t, 0.5 * (1.0 + known[:: max(1, len(known) // MORE)])]))
+    s = low[:, None] + t * (high - low)[:, None]
+    line = places[:, None] + s[:, :, None] * way
+    X = mesh.element.shape(line.reshape(-1, 3)) @ mesh.points[mesh.cells[cell]]
+    c = functions.values(X)[0].reshape(s.shape)
+    with np.errstate(all="ignore"):
+        share = 1.0 / (np.trapezoid(1.0 / c, t, axis=1) * np.trapezoid(c, t, axis=1))
+        share = np.where(np.isfinite(share), share, 1.0)
+    return float(1.0 - np.clip(share, 0.0, 1.0).mean())
+
+
+def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> tuple[float, float]:
+    """The strain energy that cells may have too much in displacements u (n, 3), m, and all of it, J: by their modulus.
+
+    That is of each cell (m,), Pa. A strain counts along an axis by what of it a plane across that axis feels.
+    """
+    strain = _strains(mesh, u)
+    energy = modulus * mesh.volumes * (strain**2).sum(axis=(1, 2))
+    if found is None or not len(found.cells):
+        return 0.0, float(energy.sum())
+    own = strain[found.cells]
+    across = np.einsum("kij,kaj->kai", own, found.ways)
+    normal = np.einsum("kai,kai->ka", across, found.ways)
+    size = np.maximum((own**2).sum(axis=(1, 2)), 1e-300)
+    share = np.clip((2.0 * (across**2).sum(axis=2) - normal**2) / size[:, None], 0.0, 1.0)
+    lost = np.minimum((share * found.loss).sum(axis=1), found.loss.max(axis=1, initial=0.0))
+    return float((energy[found.cells] * lost).sum() * found.times), float(energy.sum())
+
+
+def _strains(mesh: Mesh, u: Floats) -> Any:
+    """Green-Lagrange strains (m, 3, 3) in the middle of cells."""
+    dN = mesh.element.gradient(np.array([mesh.element.centre]))[0]
+    J = np.einsum("mai,aj->mij", mesh.points[mesh.cells], dN)
+    H = np.einsum("mai,aj->mij", u[mesh.cells], dN) @ np.linalg.inv(J)
+    return 0.5 * (H + H.swapaxes(1, 2) + H.swapaxes(1, 2) @ H)

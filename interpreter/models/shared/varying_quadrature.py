@@ -1,0 +1,278 @@
+"""Quadrature of constants that vary within cells: which cells need more points than their element has, and which points.
+
+Constants are integrated adaptively over every cell, by bounds of their expressions and images that no narrow peak
+escapes (solvers/mesh/adaptive_quadrature.py). A cell whose own points do as well keeps them. Any other is given few
+points with positive weights that integrate polynomials, and polynomials times each constant, as all the points of its
+parts do (solvers/mesh/positive_quadrature.py): the law is then asked at true places of true constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.enclosures import over
+from softmark.interpreter.language.profiles import Profile
+from softmark.interpreter.problem.field_files import bounds as bounds_of_field
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.adaptive_quadrature import FineRule, adaptive_rule, family_of
+from softmark.solvers.mesh.interpolation import Integration, Rule, integration
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.positive_quadrature import positive_rules
+
+TOLERANCE = (
+    1e-4  # of the integral of a constant over a cell: by how much two rules may differ, the better of which counts
+)
+FLOOR = 1e-3  # of the mean of a constant over the body, added to that over a cell
+ENOUGH = 2e-3  # of an integral over a cell: an element whose own points miss less keeps them
+PARTS = 25_000  # of cells in all, beyond two of each: a few seconds
+SPARE = 1e-9  # of Poisson's ratio below 0.5: beyond, volumes are kept
+
+Look = Callable[[Profile, Floats], Floats]  # a constant at points (..., 3), m
+
+
+@dataclass(frozen=True)
+class Functions:
+    """What is integrated of the constants of a material: `values` of points (n, 3) and `bounds` of boxes, (g, n) each.
+
+    The first `kept` of them enter the energy. Others are inverses, whose means tell how soft a cell can be at most.
+    """
+
+    profiles: tuple[Profile, ...]
+    values: Callable[[Floats], Floats]
+    bounds: Callable[[Floats, Floats], tuple[Floats, Floats]]
+    kept: int
+    inverses: tuple[tuple[int, int], ...]  # of which function, and where it stands
+
+    @property
+    def axes(self) -> Floats:
+        """1 along each coordinate that a constant depends on, else 0 (3,)."""
+        nodes = [node for p in self.profiles for node in p.root.walk()]
+        if any(node.do == "field" for node in nodes):
+            return np.ones(3)
+        used = {node.value for node in nodes if node.do == "axis"}
+        return np.array([float(axis in used) for axis in range(3)])
+
+
+def of_stiffness(young: Any, poisson: Any, pressures: bool, look: Look) -> Functions:
+    """Moduli, and their inverses: E alone where Poisson's ratio is one number, else mu and K.
+
+    With `pressures` the compliance of the volume enters the energy, and K need not be finite.
+    """
+    varying = tuple(c for c in (young, poisson) if isinstance(c, Profile))
+    if not isinstance(poisson, Profile):
+
+        def alone(X: Floats) -> Floats:
+            E = look(young, X)
+            return np.stack([E, 1.0 / E])
+
+        def alone_bounds(low: Floats, high: Floats) -> tuple[Floats, Floats]:
+            a, b = _bounds(young, low, high)
+            return np.stack([a, _over(b)]), np.stack([b, _over(a)])
+
+        return Functions(varying, alone, alone_bounds, 2 if pressures else 1, ((0, 1),))
+
+    def each(X: Floats) -> Floats:
+        E, nu = (look(c, X) if isinstance(c, Profile) else np.full(len(X), float(c)) for c in (young, poisson))
+        return _moduli(E, np.minimum(nu, 0.5 - SPARE), pressures)
+
+    def each_bounds(low: Floats, high: Floats) -> tuple[Floats, Floats]:
+        (E0, E1), (a, b) = (_bounds(c, low, high) for c in (young, poisson))
+        E0, a, b = np.maximum(E0, 0.0), np.clip(a, -1.0, 0.5 - SPARE), np.clip(b, -1.0, 0.5 - SPARE)
+        with np.errstate(all="ignore"):
+            mu = E0 / (2.0 + 2.0 * b), E1 / (2.0 + 2.0 * a)
+            soft = 3.0 * (1.0 - 2.0 * b) / E1, 3.0 * (1.0 - 2.0 * a) / E0
+        stiff = (_over(soft[1]), _over(soft[0]))
+        second, last = (soft, stiff) if pressures else (stiff, soft)
+        rows = [mu, second, (_over(mu[1]), _over(mu[0]))] + ([] if pressures else [last])
+        return np.stack([r[0] for r in rows]), np.stack([r[1] for r in rows])
+
+    return Functions(varying, each, each_bounds, 2, ((0, 2),) if pressures else ((0, 2), (1, 3)))
+
+
+def of_one(profile: Profile, look: Look) -> Functions:
+    """One constant by itself, as a density or a tension."""
+
+    def values(X: Floats) -> Floats:
+        return look(profile, X)[None]
+
+    def bounds(low: Floats, high: Floats) -> tuple[Floats, Floats]:
+        a, b = _bounds(profile, low, high)
+        return a[None], b[None]
+
+    return Functions((profile,), values, bounds, 1, ())
+
+
+def _moduli(E: Floats, nu: Floats, pressures: bool) -> Floats:
+    mu, K = E / (2.0 * (1.0 + nu)), E / (3.0 * (1.0 - 2.0 * nu))
+    return np.stack([mu, 1.0 / K, 1.0 / mu] if pressures else [mu, K, 1.0 / mu, 1.0 / K])
+
+
+def _bounds(constant: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    if not isinstance(constant, Profile):
+        return np.full(len(low), float(constant)), np.full(len(low), float(constant))
+    found = over(constant.root, low, high, bounds_of_field)
+    return found.low, found.high
+
+
+def _over(a: Floats) -> Floats:
+    """1 / a, infinite where it is not positive."""
+    with np.errstate(all="ignore"):
+        return np.where(a > 0.0, 1.0 / a, np.inf)
+
+
+# ------------------------------------------------------------------ rules
+
+
+@dataclass(frozen=True)
+class CellRule:
+    """Quadrature points of every cell: local points `xi` (m, q, 3) and volumes `w` (m, q), m^3.
+
+    Cells with fewer points have others in their middle, of no volume. `special` (m,) are cells that do not have the
+    points of their element.
+    """
+
+    xi: Floats
+    w: Floats
+    special: Any
+
+    def shape(self, mesh: Mesh) -> Floats:
+        """Shape functions N (m, q, a)."""
+        return mesh.element.shape(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1)
+
+    def places(self, mesh: Mesh) -> Floats:
+        """Positions (m, q, 3), m."""
+        return np.asarray(self.shape(mesh) @ mesh.points[mesh.cells])
+
+    def local(self, mesh: Mesh) -> tuple[Floats, Floats]:
+        """Local points (m, q, 3) and weights (m, q): volumes without what the map of the cell makes of them."""
+        dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
+        J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
+        return self.xi, self.w / np.linalg.det(J)
+
+    def integration(self, mesh: Mesh) -> Integration:
+        """Gradients and volumes at the points, with shape functions N (m, q, a) of their own in each cell."""
+        dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
+        J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
+        return Integration(np.ascontiguousarray(dN @ np.linalg.inv(J)), self.w, self.shape(mesh))
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """How the cells of a mesh integrate the constants of a material: `rule`, None where all keep their element's.
+
+    `missed` (m,) is by how much integrals over each cell are off, relative to those of the constants over all cells,
+    and of this `unseen` (m,) what bounds of the constants leave open. `means` (g, m) are those of the functions,
+    `least` and `largest` (g, m) their extremes that were seen. `own` is the quadrature of other cells, `total` (kept,)
+    the integrals over all cells, `fine` that which was found for all.
+    """
+
+    rule: CellRule | None
+    missed: Floats
+    unseen: Floats
+    means: Floats
+    least: Floats
+    largest: Floats
+    volumes: Floats
+    fine: FineRule
+    own: Rule
+    total: Floats
+
+
+def degree_of(mesh: Mesh, mass: bool) -> int:
+    """The degree of the polynomials that stiffness, or mass, is made of."""
+    element = mesh.element
+    simplex = family_of(element) == "tetrahedra"
+    stiff = 2 * (element.order - 1) if simplex else 2 * element.order + (element.order == 1)
+    return max(2 * element.order, stiff) if mass else stiff
+
+
+def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
+    """Legendre's polynomials of a total degree in the local coordinates (n, k) at local points xi (n, 3)."""
+    family = family_of(mesh.element)
+    t = xi.copy()
+    t[:, : {"hexahedra": 0, "wedges": 2, "tetrahedra": 3}[family]] *= 2.0
+    t[:, : {"hexahedra": 0, "wedges": 2, "tetrahedra": 3}[family]] -= 1.0
+    along = np.stack([np.polynomial.legendre.legval(t, np.eye(degree + 1)[k]) for k in range(degree + 1)])
+    powers = [p for p in product(range(degree + 1), repeat=3) if sum(p) <= degree]
+    return np.stack([along[i, :, 0] * along[j, :, 1] * along[k, :, 2] for i, j, k in powers], axis=1)
+
+
+def resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolved:
+    """The rule by which cells integrate functions, and what it misses; found once for each mesh.
+
+    `own` is the quadrature that cells keep where it does. Raises what looking at a constant raises.
+    """
+    key = key_of(functions, own, mass)
+    if key not in mesh.selections:
+        mesh.selections[key] = _resolved(mesh, functions, own, mass)
+    found: Resolved = mesh.selections[key]
+    return found
+
+
+def key_of(functions: Functions, own: Rule, mass: bool) -> Any:
+    """What `resolved` keeps its answer under, in the selections of a mesh."""
+    return resolved, functions.profiles, functions.kept, len(own[1]), mass
+
+
+def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolved:
+    count = len(mesh.cells)
+    middle = np.einsum("a,mai->mi", mesh.element.shape(np.array([mesh.element.centre]))[0], mesh.points[mesh.cells])
+    floor = FLOOR * np.abs(functions.values(middle)).mean(axis=1)
+    degree, most = degree_of(mesh, mass), PARTS + 2 * count
+    fine = adaptive_rule(mesh, functions.values, functions.bounds, TOLERANCE, most, functions.axes, floor, degree)
+    sums = np.array([np.bincount(fine.cell, c * fine.w, minlength=count) for c in fine.values])
+    volumes = np.bincount(fine.cell, fine.w, minlength=count)
+    starts = np.searchsorted(fine.cell, np.arange(count))
+    least, largest = (f.reduceat(fine.values, starts, axis=1) for f in (np.minimum, np.maximum))
+    w = integration(mesh, rule=own).w
+    X = np.einsum("qa,mai->mqi", mesh.element.shape(own[0]), mesh.points[mesh.cells])
+    known = functions.values(X.reshape(-1, 3)).reshape(-1, *w.shape)
+    kept = slice(functions.kept)
+    size = np.abs(sums[kept]) + floor[kept, None] * volumes
+    off = np.zeros((functions.kept, count))
+    for phi_own, phi_fine in zip(
+        polynomials(mesh, own[0], min(degree, mesh.element.order)).T,
+        polynomials(mesh, fine.xi, min(degree, mesh.element.order)).T, strict=True,
+    ):  # fmt: skip
+        for g in range(functions.kept):
+            there = np.bincount(fine.cell, fine.values[g] * fine.w * phi_fine, minlength=count)
+            off[g] = np.maximum(off[g], np.abs((known[g] * w) @ phi_own - there))
+    special = (off > ENOUGH * size).any(axis=0)
+    error, hidden = fine.error[kept], fine.hidden[kept]
+    wrong = np.where(special, 0.0, np.abs((known[kept] * w).sum(axis=2) - sums[kept])) + error + hidden
+    total = np.abs(sums[kept]).sum(axis=1, keepdims=True)
+    missed, unseen = ((each / total).max(axis=0) for each in (wrong, hidden))
+    rule = None
+    if special.any():
+        rule, off = _rule(mesh, fine, functions.kept, own, w, special, degree)
+        missed[special] += off * (size / total).max(axis=0)[special]
+    means = sums / volumes
+    return Resolved(rule, missed, unseen, means, least, largest, volumes, fine, own, total[:, 0])
+
+
+def _rule(
+    mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int
+) -> tuple[CellRule, Floats]:
+    """Few points for cells that need their own, and the element's for the others; what the former miss, relative."""
+    some = np.flatnonzero(special[fine.cell])
+    numbers = np.cumsum(special) - 1
+    cell = numbers[fine.cell[some]]
+    phi = polynomials(mesh, fine.xi[some], degree)
+    each = [phi, *(phi * (fine.values[g, some] / np.abs(fine.values[g, some]).mean())[:, None] for g in range(kept))]
+    which, weights, off = positive_rules(cell, np.concatenate(each, axis=1), fine.w[some], int(special.sum()))
+    counts = np.bincount(cell[which], minlength=int(special.sum()))
+    q = max(int(counts.max()), len(own[1]) if not special.all() else 0)
+    xi = np.broadcast_to(np.array(mesh.element.centre), (len(w), q, 3)).copy()
+    volumes = np.zeros((len(w), q))
+    plain = np.flatnonzero(~special)
+    if len(plain):
+        xi[plain, : len(own[1])], volumes[plain, : len(own[1])] = own[0], w[plain]
+    slot = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
+    row: Ints = np.flatnonzero(special)[cell[which]]
+    xi[row, slot], volumes[row, slot] = fine.xi[some][which], weights
+    return CellRule(xi, volumes, special), off

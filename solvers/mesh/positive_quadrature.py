@@ -1,0 +1,132 @@
+"""Quadrature rules with few points and positive weights that keep given moments of a rule with many points.
+
+Caratheodory's theorem, for rules by Tchakaloff (1957): a sum of n columns with positive weights is one of as many columns
+as they have independent directions. Points are taken one by one; each is added to a basis of columns, or takes the place
+of one whose weight runs out, as in the simplex method.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.base.jit import kernel
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+NOTHING = 1e-10  # of a column's coordinates: rounding
+ALIKE = 1e-12  # of the largest eigenvalue of functions' products: below it they are the same functions
+
+
+def positive_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Floats, Floats]:
+    """Points that are kept of the rule of each cell, and their weights.
+
+    `cell` (n,), sorted, numbers the cell of each point, `V` (n, r) are the functions whose integrals are kept and `w`
+    (n,) the weights. Returns numbers of points (k,), their weights (k,), and the largest relative miss of a moment in
+    each cell (count,), which is rounding of many exchanges.
+    """
+    kept, starts = np.zeros(len(w)), np.searchsorted(cell, np.arange(count + 1))
+    missed = np.zeros(count)
+    for i in range(count):
+        a, b = int(starts[i]), int(starts[i + 1])
+        own = np.ascontiguousarray(V[a:b])
+        scale = np.abs(own).T @ w[a:b]
+        own = own / np.where(scale > NOTHING * scale.max(), scale, np.inf)  # what vanishes at all points is rounding
+        order = _spread(b - a)
+        found = np.zeros(b - a)
+        basis = _orthonormal(own, w[a:b])
+        r = basis.shape[1]
+        _reduce(basis, w[a:b], order, np.eye(r), np.full(r, -1), np.zeros((2, r)), found)
+        missed[i] = _corrected(own, own.T @ w[a:b], found)
+        kept[a:b] = found
+    which = np.flatnonzero(kept > 0.0)
+    return which, kept[which], missed
+
+
+def _orthonormal(V: Floats, w: Floats) -> Floats:
+    """Functions (n, k), orthonormal by the weights w (n,), of which those of V (n, r) are made, up to rounding."""
+    products = np.zeros((V.shape[1], V.shape[1]))
+    _products(V, w, products)
+    size, ways = np.linalg.eigh(products)
+    kept = size > ALIKE * size[-1]
+    found = np.zeros((len(V), int(kept.sum())))
+    _times(V, np.ascontiguousarray(ways[:, kept] / np.sqrt(size[kept])), found)
+    return found
+
+
+def _corrected(V: Floats, moments: Floats, found: Floats) -> float:
+    """Take the rounding of many exchanges out of the weights `found` (n,); the largest miss of a moment that is left."""
+    some = np.flatnonzero(found > 0.0)
+    change = np.linalg.lstsq(V[some].T, moments - V[some].T @ found[some], rcond=1e-12)[0]
+    if np.all(found[some] + change >= 0.0):
+        found[some] += change
+    return float(np.abs(V[some].T @ found[some] - moments).max(initial=0.0))
+
+
+def _spread(n: int) -> Ints:
+    """Numbers 0 to n - 1, neighbours apart: a basis of points that lie together is a poor one."""
+    return np.argsort((np.arange(n) * 0.6180339887498949) % 1.0).astype(np.int64)
+
+
+@kernel
+def _products(V: Floats, w: Floats, found: Floats) -> None:
+    """V^T diag(w) V, without the threads of a library: they cost more than they bring where others run."""
+    for k in range(len(V)):
+        for i in range(V.shape[1]):
+            a = w[k] * V[k, i]
+            for j in range(V.shape[1]):
+                found[i, j] += a * V[k, j]
+
+
+@kernel
+def _times(V: Floats, T: Floats, found: Floats) -> None:
+    """V T."""
+    for k in range(len(V)):
+        for i in range(T.shape[0]):
+            for j in range(T.shape[1]):
+                found[k, j] += V[k, i] * T[i, j]
+
+
+@kernel
+def _reduce(V: Floats, w: Floats, order: Ints, inverse: Floats, basis: Ints, own: Floats, kept: Floats) -> None:
+    """Add to `kept` (n,) the weights of at most r points of a rule w (n,), which keep the sums of the rows of V (n, r).
+
+    `inverse` (r, r) of the basis begins as the identity, the numbers of its points `basis` (r,) as -1, of columns that
+    are no points and have weight zero; `own` (2, r) are zeros.
+    """
+    r = V.shape[1]
+    weight, d = own[0], own[1]
+    for k in order:
+        left = w[k]
+        if left <= 0.0:
+            continue
+        most = 0.0
+        for i in range(r):
+            s = 0.0
+            for j in range(r):
+                s += inverse[i, j] * V[k, j]
+            d[i] = s
+            most = max(most, abs(s))
+        pivot, size = -1, 1e-8 * max(most, 1e-300)
+        for i in range(r):  # a direction that no point has yet
+            if basis[i] < 0 and abs(d[i]) > size:
+                pivot, size = i, abs(d[i])
+        if pivot < 0:
+            t = left
+            for i in range(r):
+                if basis[i] >= 0 and d[i] < -1e-10 * most and weight[i] < -d[i] * t:
+                    t, pivot = weight[i] / -d[i], i
+            for i in range(r):
+                if basis[i] >= 0:
+                    weight[i] = max(0.0, weight[i] + t * d[i])
+            left -= t
+            if pivot < 0:
+                continue
+        basis[pivot], weight[pivot] = k, left
+        for j in range(r):
+            inverse[pivot, j] /= d[pivot]
+        for i in range(r):
+            if i != pivot and d[i] != 0.0:
+                for j in range(r):
+                    inverse[i, j] -= d[i] * inverse[pivot, j]
+    for i in range(r):
+        if basis[i] >= 0:
+            kept[basis[i]] += weight[i]

@@ -1,0 +1,56 @@
+"""Least and largest numbers of an image within boxes of voxels."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.base.jit import kernel
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+MANY = 4096  # voxels of a box, beyond which blocks of voxels are looked at
+
+
+@dataclass(frozen=True)
+class VoxelBounds:
+    """Bounds of the numbers of an image: `low` and `high` (nx, ny, nz), the same array where voxels have one number."""
+
+    low: Floats
+    high: Floats
+
+    @cached_property
+    def coarser(self) -> VoxelBounds:
+        """Bounds over blocks of two by two by two voxels."""
+        return VoxelBounds(_blocks(self.low, np.minimum), _blocks(self.high, np.maximum))
+
+    def within(self, first: Ints, last: Ints) -> tuple[Floats, Floats]:
+        """Bounds (n,) over boxes of voxels from `first` to `last` (n, 3), both inclusive; of large boxes a little wider."""
+        low, high = np.empty(len(first)), np.empty(len(first))
+        many = np.prod(last - first + 1.0, axis=1) > MANY
+        some = np.flatnonzero(~many)
+        found = np.empty((2, len(some)))
+        _extremes(self.low, self.high, first[some], last[some], found)
+        low[some], high[some] = found
+        if many.any():
+            low[many], high[many] = self.coarser.within(first[many] // 2, last[many] // 2)
+        return low, high
+
+
+def _blocks(numbers: Floats, f: np.ufunc) -> Floats:
+    for axis in range(3):
+        numbers = f.reduceat(numbers, np.arange(0, numbers.shape[axis], 2), axis=axis)
+    return np.ascontiguousarray(numbers)
+
+
+@kernel
+def _extremes(low: Floats, high: Floats, first: Ints, last: Ints, found: Floats) -> None:
+    for n in range(len(first)):
+        least, most = np.inf, -np.inf
+        for i in range(first[n, 0], last[n, 0] + 1):
+            for j in range(first[n, 1], last[n, 1] + 1):
+                for k in range(first[n, 2], last[n, 2] + 1):
+                    least = min(least, low[i, j, k])
+                    most = max(most, high[i, j, k])
+        found[0, n], found[1, n] = least, most

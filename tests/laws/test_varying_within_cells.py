@@ -1,0 +1,161 @@
+"""Constants that vary within cells against adaptive quadrature by scipy, over random cases: stiffness, mass, tension.
+
+A body between plates that impose one strain has the force that the integral of E over its section says where E does not
+vary along the pull and nothing contracts (layers side by side, Voigt 1889); its mass, and what gravity pulls, are the
+integral of its density. Both hold on any mesh, for every displacement of the answer is linear in the coordinates. The
+truth is found by scipy's adaptive quadrature, which is told where features are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.polynomial import polynomial
+from scipy.integrate import quad
+
+import softmark
+
+ELEMENTS = ("tet4", "tet10", "hex8", "hex8, integration = selective", "hex20", "hex27", "tet10, formulation = mixed",
+            "hex8, formulation = mean_dilatation")  # fmt: skip
+WIDE = 10.0  # mm, of the body along y and z
+LONG = 20.0  # mm along x
+STRAIN = 0.01
+CLOSE = 5e-3  # of an integral: an element's own points may miss 2e-3 of it in each cell, and parts 1e-4
+CASES = 200
+QUICK = 8
+
+
+def profile(rng: np.random.Generator) -> tuple[str, Callable[[float, float], float], list[float]]:
+    """A factor of the coordinates y and z as a scene has it, as a function of mm, and where along z it has features, mm."""
+    kind = rng.integers(5)
+    at, width = rng.uniform(1.0, 9.0), float(10 ** rng.uniform(-1.0, 0.5))
+    high = float(10 ** rng.uniform(0.0, 2.3))
+    if kind == 0:
+        text = f"(1 + {high} * exp(-((z - {at} mm) / {width} mm)^2))"
+        return (
+            text,
+            lambda y, z: 1.0 + high * math.exp(-(((z - at) / width) ** 2)),
+            [at - 3 * width, at, at + 3 * width],
+        )
+    if kind == 1:
+        period = float(rng.uniform(1.0, 12.0))
+        text = f"(1 + 0.9 * cos(2 * pi * z / {period} mm * 1 rad))"
+        return (
+            text,
+            lambda y, z: 1.0 + 0.9 * math.cos(2 * math.pi * z / period),
+            list(np.arange(0.0, 10.0, 0.5 * period)),
+        )
+    if kind == 2:
+        text = f"(1 + {high} * max(0, 1 - abs(z - {at} mm) / {width} mm))"
+        return text, lambda y, z: 1.0 + high * max(0.0, 1 - abs(z - at) / width), [at - width, at, at + width]
+    if kind == 3:
+        text = f"(1 + y / 10 mm) * (1 + {high} / (1 + exp((z - {at} mm) / {0.1 * width} mm)))"
+        step = lambda z: 1.0 / (1.0 + math.exp(min(700.0, (z - at) / (0.1 * width))))  # noqa: E731
+        return text, lambda y, z: (1 + y / 10) * (1 + high * step(z)), [at - width, at, at + width]
+    text = f"(1 + 0.3 * y / 10 mm * z / 10 mm + ((z - {at} mm) / 10 mm)^2)"
+    return text, lambda y, z: 1 + 0.03 * y / 10 * z + ((z - at) / 10) ** 2, []
+
+
+def integral(f: Callable[[float, float], float], marks: list[float]) -> float:
+    """int f dy dz over the section, mm^2: along y f is linear, so that its middle will do."""
+    inside = sorted({m for m in marks if 0.0 < m < WIDE})
+    ends = [0.0, *inside, WIDE]
+    along = (
+        quad(lambda z: f(0.5 * WIDE, z), a, b, epsrel=1e-9, limit=200)[0] for a, b in zip(ends, ends[1:], strict=False)
+    )
+    return WIDE * math.fsum(along)
+
+
+def scene(young: str, density: str, element: str, size: float, law: str) -> str:
+    return f"""
+material gel = {law}(young = {young}, poisson = 0, density = {density})
+body bar = solid(box(size = ({LONG}, {WIDE}, {WIDE}) mm), gel)
+support left = fixed(bar, where = x <= 0 mm, components = x)
+support right = displaced(bar, where = x >= {LONG} mm, by = ({STRAIN * LONG}, 0, 0) mm, components = x)
+support sides = fixed(bar, where = x < 100 mm, components = (y, z))
+load weight = gravity(10 m/s^2, direction = +y)
+model m = fem({element}, strain = small, size = {size} mm)
+metric pull = force(right, along = +x)
+metric carried = force(sides, along = -y)
+"""
+
+
+def cases() -> list[object]:
+    """The first are quick; of the others a fifth is run each day."""
+    return [pytest.param(i, marks=[] if i < QUICK else pytest.mark.slow) for i in range(CASES)]
+
+
+@pytest.mark.parametrize("seed", cases())
+def test_forces_and_weights_are_integrals(seed: int) -> None:
+    """F = strain int E dA and int rho g dV. At every node y and z are held, so that the bar cannot but stretch evenly."""
+    rng = np.random.default_rng(35_000 + seed)
+    element = ELEMENTS[seed % len(ELEMENTS)]
+    (young, E, ends), (density, rho, marks) = profile(rng), profile(rng)
+    size = float(rng.choice([3.5, 5.0, 10.0]))
+    law = str(rng.choice(["linear_elastic", "neo_hookean"]))
+    report = softmark.loads(scene(f"10 kPa * {young}", f"1000 kg/m^3 * {density}", element, size, law)).run()
+    found = report.models["m"]
+    assert found.status == "converged", found.message
+    said = {w.code for w in report.warnings}
+    assert "W402" not in said
+    pull = STRAIN * 1e4 * integral(E, ends) * 1e-6
+    weight = 10.0 * 1000.0 * integral(rho, marks) * LONG * 1e-9
+    assert found.metrics["pull"].value == pytest.approx(pull, rel=CLOSE), (element, young, size)
+    assert found.metrics["carried"].value == pytest.approx(weight, rel=CLOSE), (element, density, size)
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20", "tet10"])
+def test_an_image_is_integrated_voxel_by_voxel(element: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thin voxels with random numbers: linear between their centres, so that the integral is a trapezoidal sum."""
+    rng = np.random.default_rng(3)
+    numbers = np.exp(rng.normal(size=20))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "skin.nrrd").write_bytes(
+        b"NRRD0004\ntype: double\ndimension: 3\nsizes: 2 2 20\nspace dimension: 3\n"
+        b"space directions: (20,0,0) (0,10,0) (0,0,0.5)\nspace origin: (0,0,0.25)\nendian: little\nencoding: raw\n\n"
+        + np.broadcast_to(numbers, (2, 2, 20)).astype("<f8").tobytes(order="F")
+    )
+    text = scene("f", "1000 kg/m^3", element, 5.0, "linear_elastic")
+    report = softmark.loads('field f = field("skin.nrrd", unit = 10 kPa, length = 1 mm)\n' + text).run()
+    centres = np.linspace(0.25, 9.75, 20)
+    exact = np.trapezoid(numbers, centres) + 0.25 * (numbers[0] + numbers[-1])
+    assert report.models["m"].metrics["pull"].value == pytest.approx(STRAIN * 1e4 * exact * 10.0 * 1e-6, rel=CLOSE)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_layers_behind_one_another_are_within_the_stated_error(seed: int) -> None:
+    """F = u A / int dx / E: cells that hold whole layers have the arithmetic mean, and say by how much that may be off.
+
+    For E = E0 (1 + b cos) over whole periods int dx / E is L / (E0 sqrt(1 - b^2)).
+    """
+    b = (0.5, 0.9, 0.97)[seed]
+    young = f"10 kPa * (1 + {b} * cos(2 * pi * x / 2.5 mm * 1 rad))"
+    text = scene(young, "1000 kg/m^3", "hex8", 5.0, "linear_elastic").replace("load weight", "# ")
+    report = softmark.loads(text.replace("metric carried", "# ")).run(stated=True)
+    found = report.models["m"]
+    exact = STRAIN * 1e4 * math.sqrt(1.0 - b**2) * WIDE**2 * 1e-6
+    value, stated = found.metrics["pull"].value, found.stated["pull"].value
+    assert value is not None and stated is not None
+    assert exact == pytest.approx(value, abs=stated)
+    assert abs(value - exact) > 0.1 * stated  # and it is no boundless one
+    assert "W401" in {w.code for w in report.warnings}
+
+
+def test_moments_are_kept_by_few_points() -> None:
+    """Polynomials, and these times a narrow peak, summed by at most as many points as there are functions."""
+    from softmark.solvers.mesh.positive_quadrature import positive_rules
+
+    rng = np.random.default_rng(1)
+    x, w = rng.uniform(-1.0, 1.0, (3, 2000)), rng.uniform(0.5, 1.5, 2000)
+    peak = 0.01 + np.exp(-(((x[2] - 0.3) / 0.05) ** 2))
+    V = polynomial.polyvander3d(*x, [1, 1, 1])
+    V = np.concatenate([V, V * peak[:, None]], axis=1)
+    which, kept, missed = positive_rules(np.zeros(2000, dtype=np.int64), V, w, 1)
+    assert len(which) <= V.shape[1]
+    assert np.all(kept > 0.0)
+    assert missed.max() < 1e-9
+    np.testing.assert_allclose(V[which].T @ kept, V.T @ w, rtol=0.0, atol=1e-9 * np.abs(V).T @ w)
