@@ -311,7 +311,7 @@ def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
     held = held_directions(case, mesh)
     where = locate(mesh, X)
     near = np.abs(where.N) > AT
-    found: Bools = (held[where.nodes] & near[:, :, None]).any(axis=1)
+    found: Bools = np.asarray((held[where.nodes] & near[:, :, None]).any(axis=1))
     return found
 
 
@@ -321,7 +321,7 @@ def _touching(at_rest: Any, X: Floats) -> Bools:
     for touch in getattr(at_rest, "touches", {}).values():
         field = getattr(touch, "field", None)
         pressed: Bools = np.ones_like(found) if field is None else np.asarray(field.pressures(X) > 0.0)
-        found = found | pressed
+        found |= pressed
     return found
 
 
