@@ -276,7 +276,8 @@ def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 
 
 def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
-    x, v, before, last, length = np.zeros_like(speed), speed, None, None, 0.0
+    x, v, last, length = np.zeros_like(speed), speed, np.zeros_like(speed), 0.0
+    before: tuple[Floats, Floats] | None = None
     found = [x]
     for begin, end in itertools.pairwise(times):
         h, mean = float(end - begin), modal.loads(begin, end)[2]
