@@ -191,7 +191,8 @@ class _Modal:
 
     def at_first(self, speed: Floats) -> Floats:
         """Accelerations (k,) at time 0."""
-        return self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
+        found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
+        return found
 
 
 def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Course], speed: Floats, times: Floats) -> Floats:
