@@ -191,7 +191,8 @@ class _Modal:
 
     def at_first(self, speed: Floats) -> Floats:
         """Accelerations (k,) at time 0."""
-        return self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
+        found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
+        return found
 
 
 def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Course], speed: Floats, times: Floats) -> Floats:
@@ -276,7 +277,8 @@ def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 
 
 def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
-    x, v, before, last, length = np.zeros_like(speed), speed, None, None, 0.0
+    x, v, last, length = np.zeros_like(speed), speed, np.zeros_like(speed), 0.0
+    before: tuple[Floats, Floats] | None = None
     found = [x]
     for begin, end in itertools.pairwise(times):
         h, mean = float(end - begin), modal.loads(begin, end)[2]

@@ -193,7 +193,8 @@ class PreparedMotion:
         )
         facts |= {} if found is None else {"resolution": found.facts}
         status: Status = "capped" if missed else "converged"
-        known = {"history": history, "followed": self._followed(track), "step_errors": self._step_errors}
+        known: dict[str, Any] = {"history": history, "followed": self._followed(track)}
+        known["step_errors"] = self._step_errors
         return Solution(status, message, facts, notes=notes, **known, **shown)
 
     def _followed(self, track: Trajectory) -> Followed | None:
