@@ -64,8 +64,14 @@ def opened(file: Any, mode: str = "r", *further: Any, **options: Any) -> Any:
     return raw if mode == "rb" else EndedText(raw, **{"encoding": "utf-8", **options})
 
 
+def _silent(text: str, *further: Any, **options: Any) -> None:
+    """Stand in for meshio's warnings, which nobody sees: it spends minutes on breaking a long line into many."""
+
+
 def everywhere(package: str) -> None:
     """Have the modules of a package that are loaded open their files so."""
     for name, module in sys.modules.copy().items():  # at once: what a collector of garbage runs may import
         if module is not None and (name == package or name.startswith(f"{package}.")):
             module.__dict__.setdefault("open", opened)
+            if name == "meshio" or name.startswith("meshio."):
+                module.__dict__.update({"warn": _silent} if "warn" in module.__dict__ else {})
