@@ -137,7 +137,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
 
     (found, _), (fine, size), (less, _) = (integrals(*r) for r in ((xi, w), *(panels(kind, n) for n in PANELS)))
     scale = size + 1e-3 * seen.total / len(mesh.cells)
-    off = np.abs(found - fine) / scale
+    off = (np.abs(found - fine) / scale)[: 1 if mesh.element.constant else None]  # one strain: no moments
     many = 3 * PANELS[0]
     X = (solids.shape(kind, panels(kind, PANELS[0])[0]) @ corners)[0]
     c = rows(X).reshape(-1, many, many, many)
