@@ -223,7 +223,7 @@ class Stated(Answer):
         if not isinstance(analysis, Dynamic):
             return 0.0
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
-        ratio = 2.0 ** (2.0 if smooth else 1.0)
+        ratio = 4.0 if smooth else 2.0  # of the errors of two steps, one twice as long
         # where a step twice as long would not show a course, it might miss it just as this one does
         finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")

@@ -197,7 +197,7 @@ def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
     pressures = static.unknowns.pressed(static.solid, static.pieces, state)
     mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
     field = remembered(static.model, case, mesh)
-    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried(state)))
+    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
     return replace(found, at_rest=at_rest(replace(static.declared, thing=static.model), case, static, found))
 
 

@@ -27,7 +27,7 @@ def index(apart: float, ratio: float, theory: float, farther: float | None = Non
         return FIRST * apart / _fall(ratio, formal)
     order = math.log(farther / apart) / math.log(ratio)
     if order > theory + NEAR:
-        return FIRST * farther / ratio**theory / _fall(ratio, formal)
+        return FIRST * farther * math.exp(-theory * math.log(ratio)) / _fall(ratio, formal)
     if order >= theory - NEAR:
         return THREE * apart / _fall(ratio, min(order, theory))
     return FIRST * apart / _fall(ratio, min(max(order, LEAST), formal))

@@ -204,7 +204,7 @@ class PreparedSolid(OnMesh):
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
-    def carried(self, state: Floats) -> carried.Carried:
+    def carried_in(self, state: Floats) -> carried.Carried:
         """What acts at the nodes in a state with contacts as they are at first, friction with nothing behind it."""
         return self._carried(state, self.unknowns.moved(state), self.contacts, {})
 
