@@ -6,8 +6,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 import softmark
 from softmark.interpreter.run.pipeline import Options, run
 
@@ -35,7 +33,7 @@ def stated(case: Any) -> list[dict[str, tuple[float, float]]]:
 
 
 def test_hoop_stress_with_pressures_as_unknowns_is_settled() -> None:
-    """0.71 % off in an incompressible cylinder: 31 % was stated, of the whole tensor on coarser meshes; at 3 mm none."""
+    """0.71 % off in an incompressible cylinder: 31 % was stated, of the tensor on coarser meshes; at 3 mm none."""
     models = ("quad8, formulation = mixed, strain = small, size = 2 mm",)
     (own,) = stated(closed_forms.cylinder("cylinder", "held", 0.5, models))
     for metric in ("ui", "hoop", "W"):
@@ -44,7 +42,7 @@ def test_hoop_stress_with_pressures_as_unknowns_is_settled() -> None:
 
 
 def test_a_smooth_ball_has_what_its_cells_make() -> None:
-    """In a ball under pressure displacements are linear: all that is off is the energy, by the volume that cells miss."""
+    """Displacements of a ball under pressure are linear: the energy alone is off, by the volume that cells miss."""
     (own,) = stated(closed_forms.ball("ball", "held", ("hex8, strain = small, size = 2.5 mm",)))
     assert own["u"][1] < 1e-5  # 2.1 % was stated, for the area that facets miss
     assert own["W"][1] <= SHARP * own["W"][0]  # 56 % for 2.9 %
