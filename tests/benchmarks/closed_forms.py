@@ -1,7 +1,8 @@
 """Bodies whose answers theory knows: closed forms, ordinary differential equations and published numbers.
 
-Nothing of it comes from the solver. `cases()` has them all, for `stated_truths.py`; half of them (`tune`) were looked
-at while estimates were made, the other half (`held`) only to measure.
+Nothing of it comes from the solver. `cases()` has them all, for `stated_truths.py`. Half of them (`tune`) were looked
+at while estimates were made, the other half (`held`) to measure; that loads counted twice was seen in its `ball`,
+though, and that frequencies had lost their number in its `tones`.
 """
 
 from __future__ import annotations

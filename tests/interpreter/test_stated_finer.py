@@ -89,12 +89,16 @@ def test_the_displacement_of_a_point_has_one_in_metres() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "poisson"), [("hex8", 0.49), ("tet4", 0.499)])
 def test_elements_that_lock_have_one_that_holds_or_none(element: str, poisson: float) -> None:
-    """Hexahedra at 0.49 are 49 % off, and twice what a finer space changes, 98 %, is stated."""
+    """Of hexahedra at 0.49, 49 % off, 110 % would be stated: more than all that moves, which is none."""
     report = asked(f"model m = fem({element}, strain = corotational, size = 5 mm)", poisson=poisson)
     said = report.models["m"].stated["eta"]
     assert report.models["m"].metrics["eta"].value > 0.2
     assert "W301" in said.doubts
-    assert 1.0 <= ratio(report, "m") <= 3.0
+    if element == "hex8":
+        assert said.value is None
+        assert "the mesh is too coarse to say: a finer space is 48.9 % away" in said.reason
+    else:
+        assert 1.0 <= ratio(report, "m") <= 3.0
 
 
 @pytest.mark.parametrize("kind", ELEMENTS)

@@ -274,7 +274,7 @@ class Solids(Sized):
     def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
         """What is seen of another model on the same mesh. Raises Unknown."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        touching = answer.case.contacts or answer.case.pairs
+        touching = answer.case.contacts or answer.case.pairs or isinstance(seen, ToneAnswer)  # which needs its modes
         if answer.case.porous or answer.case.pressed or (seen.in_forces and touching):  # the past counts, or the place
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
