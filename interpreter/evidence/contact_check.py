@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 ROUND = 1e-9  # of a shape function: what is less is nothing
 CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
 HALF = 0.9  # of the distance from the middle of a rigid body to its surface: facets that cut in so far go through it
+PUSHED = 0.1  # of a force: less against the normal of a facet does not push it back
 MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
 ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
@@ -75,10 +76,10 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         found[touch.name] = own
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
-        if _passes_between_nodes(case, touch, mesh, u, own["overlap"] or 0.0):
+        if _passes_between_nodes(case, touch, mesh, u, own):
             reason = (
                 f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between "
-                "their nodes, half of its thickness, and no node touches it: take cells that are smaller than it"
+                "their nodes, half of its thickness, and it does not push them back: use cells smaller than it"
             )
         if swallowed:
             reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
@@ -91,12 +92,20 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
     return {"contact": found}, reason
 
 
-def _passes_between_nodes(case: Case, touch: Touch, mesh: Moved, u: Floats, overlap: float) -> bool:
-    """Return whether facets cut a rigid body in half, `overlap` deep (m), while nothing presses on it. Raises Unchecked."""
+def _passes_between_nodes(case: Case, touch: Touch, mesh: Moved, u: Floats, own: dict[str, Any]) -> bool:
+    """Return whether facets cut a rigid body in half and it does not push them back. Raises Unchecked.
+
+    It pushes them back where its force has a part against the outward normal of the facet that is cut most deeply.
+    """
     gap = gap_of(touch.rigid.thing.shape)
-    if gap is None or not overlap >= HALF * depth_of_middle(gap) > 0.0:
+    if gap is None or not (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
         return False
-    return not np.any(of_contact(case, touch, mesh, u)[0])
+    x = mesh.points + u
+    corners = x[_facets(case, touch, mesh)[:, :3]]
+    cut = corners[np.linalg.norm(corners.mean(axis=1) - own["deepest"], axis=1).argmin()]
+    normal = np.cross(cut[1] - cut[0], cut[2] - cut[0])
+    force = of_contact(case, touch, mesh, u)[0].sum(axis=0)
+    return not -float(force @ normal) > PUSHED * float(np.linalg.norm(force) * np.linalg.norm(normal))
 
 
 def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
