@@ -172,10 +172,11 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of constants that vary within cells.
 
     Integrals over cells may be off: a stiffness that is off by a share in every cell moves an answer by that share at
-    most. And a body may be softer than its cells, by the bounds of layers behind one another (stiffness_bounds.py).
+    most. And a body may be softer than its cells, by the bounds of layers behind one another, or stiffer than those with
+    pressures (stiffness_bounds.py).
     """
     from softmark.interpreter.models.shared.pieces import lost as of_mesh
-    from softmark.interpreter.models.shared.pieces import softer_by
+    from softmark.interpreter.models.shared.pieces import softer_by, stiffer_by
 
     mesh = None if whole.prepared is None else whole.prepared.mesh
     left = 0.0 if mesh is None else of_mesh(whole.case, mesh)
@@ -184,4 +185,6 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
         u = np.asarray(whole.mesh.displacement, dtype=np.float64)
         share = softer_by(whole.case, mesh, u, formulation != "displacement")
         left += share / (1.0 - share)
+        if formulation != "displacement":
+            left += stiffer_by(whole.case, mesh, u, whole.mesh.pressures)
     return {"constants": lambda seen: left * seen.size} if left else {}

@@ -185,11 +185,11 @@ class PreparedSolid(OnMesh):
         beside = outside.settled(self, found)
         kept, adrift = outside.kept(self, beside, x)
         doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
-        soft = softness_note(self.declared, self.pieces, u)
+        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
+        soft = softness_note(self.declared, self.pieces, u, pressures)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
         met = outside.met(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
         modes = about(outside.bare(self, beside), found.x, self.mass, self.problem.linear)
