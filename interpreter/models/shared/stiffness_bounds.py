@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.varying_quadrature import Functions, Resolved
+from softmark.interpreter.models.shared.varying_quadrature import ENOUGH, Functions, Resolved
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.adaptive_quadrature import family_of
@@ -152,7 +152,8 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
     ways = (each * mean, theta)
     left = [np.where(soft > 0.0, V * (stiff * t**2 - 2.0 * t * each + each**2 * soft), 0.0) for t in ways]
     energy = V * (2.0 * moduli.shear * (shape**2).sum(axis=(1, 2)) + each**2 * soft)
-    return min(float(np.maximum(each, 0.0).sum()) for each in left), float(energy.sum())
+    by_p, by_theta = (float(np.maximum(each, 0.0).sum()) for each in left)
+    return min((1.0 + 4.0 * ENOUGH) * by_p, by_theta), float(energy.sum())  # p^2 has the miss of its own points
 
 
 def _around(mesh: Mesh, c: Floats) -> Floats:
