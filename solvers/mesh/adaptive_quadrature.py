@@ -29,7 +29,9 @@ VISIBLE = 1.0  # of the range of the values seen in a part: bounds that exceed i
 STRAIGHT = 1e-12  # of the extent of a mesh: how far nodes may lie from the middle between corners
 SLABS = 4  # that a part is cut into, along each edge, to see which way bounds become narrowest
 ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
-CLOSER = 3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
+CLOSER = (
+    3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
+)
 BATCH = 4000  # parts that are looked at together: 50 MB of shape functions
 
 # Edges of the reference cell that are parallel: a part is halved across one of these bundles.

@@ -8,6 +8,7 @@ truth is found by scipy's adaptive quadrature, which is told where features are.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -191,6 +192,50 @@ def test_layers_behind_one_another_are_within_the_stated_error(seed: int) -> Non
     assert exact == pytest.approx(value, abs=stated)
     assert abs(value - exact) > 0.1 * stated  # and it is no boundless one
     assert "W401" in {w.code for w in report.warnings}
+
+
+def weights_off(monkeypatch: pytest.MonkeyPatch, change: Callable[[Any], Any]) -> None:
+    """Break the rules of cells with points of their own: `change` makes other weights of theirs."""
+    from softmark.interpreter.models.shared import varying_quadrature
+
+    whole = varying_quadrature._rule
+
+    def broken(*given: Any) -> Any:
+        rule, off = whole(*given)
+        return dataclasses.replace(rule, w=change(rule)), off
+
+    monkeypatch.setattr(varying_quadrature, "_rule", broken)
+
+
+def scaled(rule: Any) -> Any:
+    """Weights of one cell that are 2 % too large."""
+    w = rule.w.copy()
+    w[np.flatnonzero(rule.special)[-1]] *= 1.02
+    return w
+
+
+def shifted(rule: Any) -> Any:
+    """Weights of all cells that keep their volume, moved by 10 % from some points to the largest of each cell."""
+    w = rule.w.copy()
+    for row in np.flatnonzero(rule.special):
+        most = w[row].argmax()
+        moved = 0.1 * w[row, (most + 1) % len(w[row]) :].sum()
+        w[row, (most + 1) % len(w[row]) :] *= 0.9
+        w[row, most] += moved
+    return w
+
+
+@pytest.mark.parametrize("change", [scaled, shifted])
+@pytest.mark.parametrize("feature", ["exp(-((z - 3.1 mm) / 0.3 mm)^2)", "1 / (1 + exp((z - 3.1 mm) / 0.01 mm))"])
+def test_wrong_weights_are_found(feature: str, change: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another quadrature finds integrals that are off by 2 %, of a narrow peak and of a step that is nearly a jump."""
+    text = scene(f"10 kPa * (1 + 50 * {feature})", "1000 kg/m^3", "hex8", 5.0, "linear_elastic")
+    good = softmark.loads(text).run().models["m"]
+    assert good.status == "converged"
+    weights_off(monkeypatch, change)
+    bad = softmark.loads(text).run().models["m"]
+    assert bad.status != "converged"
+    assert "quadrature" in bad.message or "volume" in bad.message
 
 
 def test_moments_are_kept_by_few_points() -> None:
