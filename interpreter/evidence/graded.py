@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,20 +65,27 @@ def density_of(case: Case) -> Any:
 # ------------------------------------------------------------------ integrals by another quadrature
 
 LOOKED_AT = (6, 4)  # cells of each material with points of their own, and others, that are integrated again
-PANELS = (8, 7)  # of each direction of a cell, with three Gauss points in each: the difference tells their own error
-OFF = 0.01  # of an integral: more than an element's own points may miss of it
+BOXES = 6  # along each direction of a cell, to begin with
+MOST = 20_000  # boxes of a cell: what they leave unresolved is allowed
+ROUNDS = 40  # times that boxes are halved
+CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
+OFF = 5e-3  # of an integral: more than an element's own points may miss of it
 
 
 def integrated(case: Case, mesh: Moved, pressures: bool) -> tuple[dict[str, Any], str | None]:
-    """How far integrals of constants over some cells are from those by composite Gauss rules; why that is too far.
+    """How far integrals of constants over some cells are from those by adaptive boxes; why that is too far.
 
-    The latter are products of panels over the cube that each cell is a collapsed image of, and share nothing with the
-    points that a model chose. Integrals are those of each constant, and of it times each local coordinate.
+    Boxes lie in the cube that each cell is a collapsed image of. The points that a model looked at tell where features
+    may be, and never what an integral is. Integrals are those of each constant, and of it times each local coordinate.
     """
     worst, reason = 0.0, None
     for own, which in alone(case, mesh):
         part = some_cells(mesh.mesh, which)
         for name, rows, seen in _integrands(own, part, pressures):
+            off = _volumes_off(seen, part)
+            worst = max(worst, off)
+            if off > OFF and reason is None:
+                reason = f"the points by which `{name}` is integrated have {100 * off:.2g} % of a cell's volume too much or too little"
             for cell in _chosen(seen, len(part.cells)):
                 off, allowed = _compared(rows, seen, part, cell)
                 worst = max(worst, off)
@@ -113,6 +119,16 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
     yield "young" if isinstance(material.young, Profile) else "poisson", moduli, seen
 
 
+def _volumes_off(seen: Any, mesh: Any) -> float:
+    """By how much volumes of points differ from those of their cells, relative, in all cells with points of their own."""
+    if seen.rule is None:
+        return 0.0
+    own = np.flatnonzero(seen.rule.special)
+    xi, w = solids.rule(mesh.kind)
+    V = np.abs(solids.gradients(mesh.points, mesh.cells[own], mesh.kind, xi)[1]) @ w
+    return float(np.abs(seen.rule.w[own].sum(axis=1) / V - 1.0).max(initial=0.0))
+
+
 def _chosen(seen: Any, count: int) -> Any:
     """Numbers of some cells: with points of their own, and without."""
     own = np.zeros(count, dtype=bool) if seen.rule is None else seen.rule.special
@@ -135,34 +151,125 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
         c, v = rows(X), w * solids.gradients(mesh.points, mesh.cells[[cell]], kind, xi)[1][0]
         return np.stack([c @ v, *(c @ (v * t) for t in xi.T)]), np.abs(c) @ np.abs(v)
 
-    (found, _), (fine, size), (less, _) = (integrals(*r) for r in ((xi, w), *(panels(kind, n) for n in PANELS)))
+    found, size = integrals(xi, w)
+    hints = seen.fine.xi[seen.fine.cell == cell]
+    fine, left = by_boxes(kind, lambda xi: _weighed(rows, mesh, cell, xi), hints, CLOSE * size)
     scale = size + 1e-3 * seen.total / len(mesh.cells)
     off = (np.abs(found - fine) / scale)[: 1 if mesh.element.constant else None]  # one strain: no moments
-    many = 3 * PANELS[0]
-    X = (solids.shape(kind, panels(kind, PANELS[0])[0]) @ corners)[0]
-    c = rows(X).reshape(-1, many, many, many)
-    jumps = np.max([np.abs(np.diff(c, axis=a)).max(axis=(1, 2, 3)) for a in (1, 2, 3)], axis=0)
-    coarse = 4.0 * np.abs(fine - less).max(axis=0) + jumps * seen.volumes[cell] / many  # what panels do not resolve
-    allowed = OFF + (coarse + seen.missed[cell] * seen.total) / scale
+    allowed = OFF + (left + seen.missed[cell] * seen.total) / scale
     worst = int(np.argmax(off.max(axis=0) - allowed))
     return float(off[:, worst].max()), float(allowed[worst])
 
 
-@cache
-def panels(kind: str, many: int) -> tuple[Floats, Floats]:
-    """Local points (q, 3) and weights (q,): three Gauss points in each of so many panels of every direction.
+def _weighed(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
+    """Functions times the volume by which a cell is mapped (g, n), at local points xi (n, 3)."""
+    corners = mesh.points[mesh.cells[[cell]]]
+    X = (solids.shape(mesh.kind, xi) @ corners)[0]
+    found: Floats = rows(X) * solids.gradients(mesh.points, mesh.cells[[cell]], mesh.kind, xi)[1][0]
+    return found
 
-    Of the cube; for wedges and tetrahedra of the cube that collapses into them.
+
+def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
+    """Integrals over a reference cell of functions f (g, n), and of them times local coordinates: (4, g).
+
+    Also what their error may be (g,): three Gauss points along each direction of a box less two. Boxes are halved until
+    all errors together are `close` (g,) and no value at local points `hints` (n, 3) lies beyond those in its box.
     """
-    t, v = np.polynomial.legendre.leggauss(3)
-    t, v = ((np.arange(many)[:, None] + 0.5 * (1.0 + t)).ravel() / many, np.tile(0.5 * v, many) / many)
-    a, b, c = (g.ravel() for g in np.meshgrid(t, t, t, indexing="ij"))
-    w = np.einsum("i,j,k->ijk", v, v, v).ravel()
+    grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    low, size = grid, np.full_like(grid, 1.0 / BOXES)
+    at, told = in_cube(kind, hints), f(hints)
+    total, error = np.zeros((4, len(close))), np.zeros(len(close))
+    taken = 0
+    for turn in range(ROUNDS + 1):
+        values, own, off, bend = _boxed(kind, f, low, size)
+        width = values.max(axis=2) - values.min(axis=2)
+        beyond = np.zeros((len(close), len(low)))
+        owner = _owners(at, low, size)
+        some = owner >= 0
+        above = np.maximum(told - values.max(axis=2)[:, owner], values.min(axis=2)[:, owner] - told)
+        for g in range(len(close)):
+            np.maximum.at(beyond[g], owner[some], above[g, some])
+        volume = np.prod(size, axis=1)
+        beyond = np.where(beyond > width, beyond * volume, 0.0)
+        rough = ((off + beyond) > close[:, None] / (taken + len(low))).any(axis=0)
+        if turn == ROUNDS or taken + len(low) + int(rough.sum()) > MOST:
+            rough[:] = False
+        total += own[:, :, ~rough].sum(axis=2)
+        error += (off + beyond)[:, ~rough].sum(axis=1)
+        taken += int((~rough).sum())
+        if not rough.any():
+            break
+        axis = bend[rough].argmax(axis=1)
+        low, size = low[rough], size[rough].copy()
+        rows = np.arange(len(low))
+        size[rows, axis] *= 0.5
+        up = low.copy()
+        up[rows, axis] += size[rows, axis]
+        low, size = np.concatenate([low, up]), np.concatenate([size, size])
+    return total, error
+
+
+def _owners(at: Floats, low: Floats, size: Floats) -> Any:
+    """The number of the box that each point (n, 3) of the cube lies in, -1 where that is none (n,)."""
+    from scipy.spatial import cKDTree
+
+    if not len(at):
+        return np.zeros(0, dtype=np.int64)
+    tree = cKDTree(at)
+    found = np.full(len(at), -1)
+    near = tree.query_ball_point(low + 0.5 * size, 0.5 * size.max(axis=1), p=np.inf)
+    for box, own in enumerate(near):
+        own = np.array(own, dtype=np.int64)
+        inside = np.all(np.abs(at[own] - low[box] - 0.5 * size[box]) <= 0.5 * size[box], axis=1)
+        found[own[inside]] = box
+    return found
+
+
+def _boxed(
+    kind: str, f: Callable[[Floats], Floats], low: Floats, size: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """In boxes of the cube: values (g, n, 27), integrals (4, g, n), their error (g, n) and how f bends (n, 3)."""
+
+    def at(many: int) -> tuple[Floats, Floats, Floats]:
+        t, v = np.polynomial.legendre.leggauss(many)
+        points = 0.5 + 0.5 * np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)
+        cube = (low[:, None] + points * size[:, None]).reshape(-1, 3)
+        xi, w = collapsed(kind, cube)
+        found = f(xi).reshape(-1, len(low), many**3)
+        w = w.reshape(len(low), -1) * 0.125 * np.einsum("i,j,k->ijk", v, v, v).ravel() * np.prod(size, axis=1)[:, None]
+        return found, w, xi.reshape(len(low), -1, 3)
+
+    (values, w, xi), (less, v, eta) = at(3), at(2)
+    parts = [(values * w).sum(axis=2), *((values * w * xi[..., i]).sum(axis=2) for i in range(3))]
+    coarse = [(less * v).sum(axis=2), *((less * v * eta[..., i]).sum(axis=2) for i in range(3))]
+    own = np.stack(parts)
+    cube = (
+        values.reshape(-1, len(low), 3, 3, 3)
+        / np.maximum(np.abs(values).max(axis=(1, 2)), 1e-300)[:, None, None, None, None]
+    )
+    bend = np.stack([np.abs(np.diff(cube, axis=a)).sum(axis=(0, 2, 3, 4)) for a in (2, 3, 4)], axis=1)
+    return values, own, np.abs(own - np.stack(coarse)).max(axis=0), bend + 1e-9 * size
+
+
+def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
+    """Local points (n, 3) of points of the unit cube (n, 3), and the volumes by which it is mapped (n,)."""
+    a, b, c = cube.T
     if solids.square(kind):
-        return 2.0 * np.stack([a, b, c], axis=1) - 1.0, 8.0 * w
+        return 2.0 * cube - 1.0, np.full(len(cube), 8.0)
     if solids.wedged(kind):
-        return np.stack([a, (1.0 - a) * b, 2.0 * c - 1.0], axis=1), 2.0 * w * (1.0 - a)
-    return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), w * (1.0 - a) ** 2 * (1.0 - b)
+        return np.stack([a, (1.0 - a) * b, 2.0 * c - 1.0], axis=1), 2.0 * (1.0 - a)
+    return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), (1.0 - a) ** 2 * (1.0 - b)
+
+
+def in_cube(kind: str, xi: Floats) -> Floats:
+    """Points of the unit cube (n, 3) of local points (n, 3): the inverse of `collapsed`."""
+    x, y, z = xi.T
+    if solids.square(kind):
+        return 0.5 * (xi + 1.0)
+    b = y / np.maximum(1.0 - x, 1e-12)
+    if solids.wedged(kind):
+        return np.stack([x, b, 0.5 * (z + 1.0)], axis=1)
+    return np.stack([x, b, z / np.maximum((1.0 - x) * (1.0 - b), 1e-12)], axis=1)
 
 
 # ------------------------------------------------------------------ stated error
@@ -172,10 +279,11 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of constants that vary within cells.
 
     Integrals over cells may be off: a stiffness that is off by a share in every cell moves an answer by that share at
-    most. And a body may be softer than its cells, by the bounds of layers behind one another (stiffness_bounds.py).
+    most. And a body may be softer than its cells, by the bounds of layers behind one another, or stiffer than those with
+    pressures (stiffness_bounds.py).
     """
     from softmark.interpreter.models.shared.pieces import lost as of_mesh
-    from softmark.interpreter.models.shared.pieces import softer_by
+    from softmark.interpreter.models.shared.pieces import softer_by, stiffer_by
 
     mesh = None if whole.prepared is None else whole.prepared.mesh
     left = 0.0 if mesh is None else of_mesh(whole.case, mesh)
@@ -184,4 +292,6 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
         u = np.asarray(whole.mesh.displacement, dtype=np.float64)
         share = softer_by(whole.case, mesh, u, formulation != "displacement")
         left += share / (1.0 - share)
+        if formulation != "displacement":
+            left += stiffer_by(whole.case, mesh, u, whole.mesh.pressures)
     return {"constants": lambda seen: left * seen.size} if left else {}

@@ -28,6 +28,10 @@ BULGE = 0.1  # of the extent of a part: how far curved sides may reach beyond it
 VISIBLE = 1.0  # of the range of the values seen in a part: bounds that exceed it by less hide nothing of weight
 STRAIGHT = 1e-12  # of the extent of a mesh: how far nodes may lie from the middle between corners
 SLABS = 4  # that a part is cut into, along each edge, to see which way bounds become narrowest
+ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
+CLOSER = (
+    3  # times that a part is halved for narrower bounds: those of its bounding box are wide, of tetrahedra above all
+)
 BATCH = 4000  # parts that are looked at together: 50 MB of shape functions
 
 # Edges of the reference cell that are parallel: a part is halved across one of these bundles.
@@ -98,7 +102,7 @@ def adaptive_rule(
     grid = _Grid(mesh, values, bounds, axes)
     whole = np.broadcast_to(element.places()[: element.corners], (count, element.corners, 3)).copy()
     parts, done = _Parts(np.arange(count), whole), list[tuple[_Parts, Floats, Floats]]()
-    size = np.zeros((len(floor), count))
+    size, left = np.zeros((len(floor), count)), np.zeros((len(floor), count))
     taken = 0
     for turn in range(ROUNDS + 1):
         seen = [grid.look(parts[at : at + BATCH]) for at in range(0, len(parts), BATCH)]
@@ -111,8 +115,10 @@ def adaptive_rule(
             for g in range(len(floor)):
                 now[g] = np.bincount(parts.cell, magnitude[g], minlength=count)
             size = np.maximum(size, now)
-        share = tolerance * size[:, parts.cell]
-        rough = (error > share * np.sqrt(volume / cells[parts.cell])).any(axis=0) | (hidden > share).any(axis=0)
+        share, part = tolerance * size[:, parts.cell], volume / cells[parts.cell]
+        behind = np.array([np.bincount(parts.cell, h, minlength=count) for h in hidden]) + left
+        many = (behind > ALL_HIDDEN * tolerance * size)[:, parts.cell] & (hidden > ALL_HIDDEN * share * part)
+        rough = ((error > share * np.sqrt(part)) | (hidden > share) | many).any(axis=0)
         if turn == ROUNDS:
             rough[:] = False
         room = most - taken - len(parts)
@@ -122,6 +128,7 @@ def adaptive_rule(
             rough[:] = False
             rough[np.argsort(worst)[::-1][: max(0, room)]] = True
             rough &= worst > 0.0
+        left += [np.bincount(parts.cell[~rough], h, minlength=count) for h in hidden[:, ~rough]]
         done.append((parts[~rough], error[:, ~rough], hidden[:, ~rough]))
         taken += int((~rough).sum())
         parts = grid.halved(parts[rough], np.maximum(floor, 1e-300))
@@ -151,6 +158,14 @@ def _affine(mesh: Mesh) -> Floats | None:
     found: Floats = np.linalg.pinv(rows) @ corners
     off = np.abs(rows @ found - corners).max(initial=0.0)
     return found if off <= STRAIGHT * mesh.extent else None
+
+
+def _beyond(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Floats:
+    """How far bounds (g, n) exceed the values that were seen, where that may hide something of weight; else 0."""
+    low, high = bounds
+    beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
+    beyond = np.where(np.isfinite(beyond), beyond, largest - least)  # nothing is known of it
+    return np.where(beyond <= VISIBLE * (largest - least), 0.0, beyond)
 
 
 class _Grid:
@@ -210,11 +225,34 @@ class _Grid:
         error = np.abs((fine * w).sum(axis=2) - (coarse * v).sum(axis=2))
         seen = np.concatenate([fine, coarse], axis=2)  # and not vertices, which no rule has
         least, largest = seen.min(axis=2), seen.max(axis=2)
-        low, high = self.bounds(*self.box(parts))
-        beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
-        beyond = np.where(np.isfinite(beyond), beyond, largest - least)  # nothing is known of it
-        hidden = np.where(beyond <= VISIBLE * (largest - least), 0.0, beyond * volume)
-        return np.abs(fine * w).sum(axis=2), volume, error, hidden
+        beyond = _beyond(self.bounds(*self.box(parts)), least, largest)
+        wide = np.flatnonzero((beyond > 0.0).any(axis=0))
+        if len(wide):
+            closer = self.closer_bounds(parts[wide])
+            beyond[:, wide] = _beyond(closer, least[:, wide], largest[:, wide])
+        return np.abs(fine * w).sum(axis=2), volume, error, beyond * volume
+
+    def closer_bounds(self, parts: _Parts) -> tuple[Floats, Floats]:
+        """Bounds of the functions over parts (g, n), from those over eight pieces of each."""
+        pieces = parts
+        for _ in range(CLOSER):
+            pieces = self.bisected(pieces)
+        low, high = self.bounds(*self.box(pieces))
+        each = (len(low), len(parts), 2**CLOSER)
+        return low.reshape(each).min(axis=2), high.reshape(each).max(axis=2)
+
+    def bisected(self, parts: _Parts) -> _Parts:
+        """Both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
+        X = self.places(parts.cell, parts.vertices)
+        ends = [b.T for b in self.bundles]
+        length = np.array([(np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1) for a, b in ends])
+        which = length.argmax(axis=0)
+        halves = np.repeat(parts.vertices[:, None], 2, axis=1)
+        for k, (a, b) in enumerate(ends):
+            some = np.flatnonzero(which == k)
+            middle = 0.5 * (parts.vertices[some[:, None], a] + parts.vertices[some[:, None], b])
+            halves[some[:, None], 0, b] = halves[some[:, None], 1, a] = middle
+        return _Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
     def halved(self, parts: _Parts, size: Floats) -> _Parts:
         """Both halves of each part, cut where bounds of the functions become narrowest, else across the longest edge.

@@ -177,19 +177,18 @@ class PreparedSolid(OnMesh):
 
     def finish(self, found: Equilibrium) -> Solution:
         """What a state is, once it is found: as a solution, with what can be asked of it."""
-        x = self.unknowns.moved(found.x)
-        u = x.reshape(-1, 3)
+        u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
         solution = outcome.found(found, displacement_of(self.mesh, u))
         facts = solution.facts | mesh_facts(self.mesh) | crossing.crossings(self.beds, x)
         facts |= outside.told(self, facts.pop("pressed", None))
         beside = outside.settled(self, found)
         kept, adrift = outside.kept(self, beside, x)
+        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
         doubts = (*outcome.doubts(self.declared, found), *crossing.passing(self.declared, facts), *kept)
-        soft = softness_note(self.declared, self.pieces, u)
+        soft = softness_note(self.declared, self.pieces, u, pressures)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
-        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
         met = outside.met(self, u, beside, facts)
         moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
         modes = about(outside.bare(self, beside), found.x, self.mass, self.problem.linear)

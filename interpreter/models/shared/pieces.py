@@ -176,13 +176,26 @@ def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
     return softness_notes.softer_by(u, _whole(case, mesh), pressures)
 
 
-def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any) -> tuple[Diagnostic, ...]:
-    """A warning where moduli vary within cells and the body, in displacements u (n, 3), m, may be softer for it."""
+def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
+    """The share by which a body may be stiffer than its cells with pressures p (m, b), Pa, which moduli vary within."""
+    if case.uniform or case.porous:
+        return 0.0
+    from softmark.interpreter.models.shared import softness_notes
+
+    return softness_notes.stiffer_by(u, _whole(case, mesh), p)
+
+
+def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any, p: Any = None) -> tuple[Diagnostic, ...]:
+    """Warnings where moduli vary within cells, and the body may be softer or stiffer for it.
+
+    `u` (n, 3) are displacements, m, and `p` (m, b) the pressures of cells, Pa, where these are unknowns.
+    """
     if all(own.graded is None or own.case.porous for own in each):
         return ()
     from softmark.interpreter.models.shared import softness_notes
 
-    return tuple(softness_notes.softness_note(declared, u, [replace(own, case=own.graded or own.case) for own in each]))
+    parts = [replace(own, case=own.graded or own.case) for own in each]
+    return tuple(softness_notes.softness_note(declared, u, parts, p))
 
 
 def of_cells(case: Case, mesh: Any) -> Any:

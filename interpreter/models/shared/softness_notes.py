@@ -1,4 +1,4 @@
-"""How much softer a body may be than its cells, of a model and what it found."""
+"""How much softer or stiffer a body may be than its cells, from a model and its displacements."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.messages import diagnostic
 from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.graded import Part, moduli_of, moduli_vary, stiffness_of
-from softmark.interpreter.models.shared.stiffness_bounds import ALL, energies, softness
+from softmark.interpreter.models.shared.stiffness_bounds import ALL, Moduli, energies, pressure_energies, softness
+from softmark.interpreter.models.shared.varying_quadrature import Resolved
 from softmark.solvers.energies.energy import Floats
 
 SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
@@ -34,9 +35,55 @@ def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
     return min(ALL, lost / total) if total > 0.0 else 0.0
 
 
-def softness_note(declared: Declared, u: Floats, parts: Sequence[Part]) -> Iterator[Diagnostic]:
-    """A warning where a body may be softer than its cells, which do not see layers one behind the other."""
-    share = softer_by(u, parts, declared.thing.formulation != "displacement")
+def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
+    """The share by which a body in displacements u (n, 3), m, may be stiffer than its cells with pressures p (m, b), Pa.
+
+    Pressures do not follow a bulk modulus that varies within a cell: they have its harmonic mean. A body whose
+    dilatation is even has the arithmetic one, and is no stiffer than that.
+    """
+    lost = total = 0.0
+    for own in parts:
+        varies = moduli_vary(own.case)
+        seen = stiffness_of(own.case, own.mesh, True) if varies else None
+        means = _means(own, seen)
+        if means is None:
+            return 0.0  # energies of its parts are not known on one scale
+        more, whole = pressure_energies(own.mesh, u, None if p is None else p[own.which], means)
+        lost, total = lost + (more if varies else 0.0), total + whole
+    return lost / total if total > 0.0 else 0.0
+
+
+def _means(own: Part, seen: Resolved | None) -> Moduli | None:
+    """Mean moduli of the cells of one material; None of one that has no Young's modulus."""
+    young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
+    ones = np.ones(len(own.mesh.cells))
+    if seen is None:
+        if not (isinstance(young, float | int) and isinstance(nu, float | int)):
+            return None
+        return Moduli(young / (2.0 + 2.0 * nu) * ones, 3.0 * (1.0 - 2.0 * nu) / young * ones, ones)
+    (modulus, inverse), *_ = moduli_of(own.case.material, True).inverses
+    spread = seen.means[modulus] * seen.means[inverse]
+    if isinstance(nu, float | int):
+        return Moduli(seen.means[0] / (2.0 + 2.0 * nu), 3.0 * (1.0 - 2.0 * nu) * seen.means[1], spread)
+    return Moduli(seen.means[0], seen.means[1], spread)
+
+
+def softness_note(
+    declared: Declared, u: Floats, parts: Sequence[Part], p: Floats | None = None
+) -> Iterator[Diagnostic]:
+    """Warnings where a body may be softer or stiffer than its cells, whose moduli vary, with pressures p (m, b), Pa."""
+    pressures = declared.thing.formulation != "displacement"
+    stiffer = stiffer_by(u, parts, p) if pressures else 0.0
+    if stiffer > SOFTER:
+        yield diagnostic(
+            "W401", declared.at("formulation"),
+            f"`{declared.name}` may take `{parts[0].case.body.name}` for softer than it is, for its moduli vary within cells"
+            " and pressures do not follow them",
+            f"its stiffness may lack up to {100 * stiffer:.3g} %",
+            "pressures in cells have the harmonic mean of the bulk modulus: use a mesh whose cells are smaller than what"
+            " varies, or leave out `formulation` where Poisson's ratio is not near 0.5",
+        )  # fmt: skip
+    share = softer_by(u, parts, pressures)
     if share > SOFTER:
         yield diagnostic(
             "W401", declared.at("size" if declared.thing.own_mesh is None else "mesh"),

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.varying_quadrature import Functions, Resolved
+from softmark.interpreter.models.shared.varying_quadrature import ENOUGH, Functions, Resolved
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.adaptive_quadrature import family_of
@@ -44,6 +44,18 @@ class Softness:
     loss: Floats
     ways: Floats
     times: float
+
+
+@dataclass(frozen=True)
+class Moduli:
+    """Means over cells (m,): of the `shear` modulus, Pa, and of the `compliance` 1/K, 1/Pa.
+
+    `spread` is the mean of a modulus times that of its inverse, 1 where it does not vary.
+    """
+
+    shear: Floats
+    compliance: Floats
+    spread: Floats
 
 
 def softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
@@ -120,6 +132,38 @@ def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> 
     share = np.clip((2.0 * (across**2).sum(axis=2) - normal**2) / size[:, None], 0.0, 1.0)
     lost = np.minimum((share * found.loss).sum(axis=1), found.loss.max(axis=1, initial=0.0))
     return float((energy[found.cells] * lost).sum() * found.times), float(energy.sum())
+
+
+def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -> tuple[float, float]:
+    """The energy that pressures leave out, and the strain energy of cells, both twice, J.
+
+    `u` (n, 3), m, are displacements and `p` (m, b), Pa, pressures at the corners of cells or one in each; None where
+    they are bulk moduli times the mean change of volume. Pressures have less energy than the dilatation theta that
+    they belong to: int (K theta - p)^2 / K dV is left out, where K varies and theta does not.
+    """
+    strain, V = _strains(mesh, u), mesh.volumes
+    theta = np.trace(strain, axis1=1, axis2=2)
+    shape = strain - theta[:, None, None] / 3.0 * np.eye(3)
+    soft = moduli.compliance
+    with np.errstate(all="ignore"):
+        each = theta / soft if p is None else p.mean(axis=1)
+        mean = soft if p is None or p.shape[1] == 1 else _around(mesh, soft)
+        stiff = np.where(soft > 0.0, moduli.spread / soft, 0.0)  # the arithmetic mean of K, Pa
+    ways = (each * mean, theta)
+    left = [np.where(soft > 0.0, V * (stiff * t**2 - 2.0 * t * each + each**2 * soft), 0.0) for t in ways]
+    energy = V * (2.0 * moduli.shear * (shape**2).sum(axis=(1, 2)) + each**2 * soft)
+    by_p, by_theta = (float(np.maximum(each, 0.0).sum()) for each in left)
+    return min((1.0 + 4.0 * ENOUGH) * by_p, by_theta), float(energy.sum())  # p^2 has the miss of its own points
+
+
+def _around(mesh: Mesh, c: Floats) -> Floats:
+    """Means over the cells about each cell (m,): continuous pressures see these together."""
+    corners, V = mesh.cells[:, : mesh.element.corners], mesh.volumes
+    each, whole = (
+        np.bincount(corners.ravel(), np.repeat(w, corners.shape[1]), minlength=len(mesh.points)) for w in (V * c, V)
+    )
+    found: Floats = (each[corners] / whole[corners]).mean(axis=1)
+    return found
 
 
 def _strains(mesh: Mesh, u: Floats) -> Any:
