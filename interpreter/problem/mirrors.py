@@ -136,20 +136,38 @@ def _near(points: Floats) -> float:
     return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
 
 
-def must_not_load_plane(case: Case, load: Declared, X: Floats, points: Floats) -> None:
-    """No facet with nodes X (f, k, 3) that a load takes lies in a plane of symmetry of a body with points (m, 3).
+def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Floats) -> None:
+    """Refuse a load, an elastic foundation or a drain with a facet on a plane of symmetry.
 
-    In m. Raises Fault.
+    X are the nodes (f, k, 3) of the facets that it takes, points (m, 3) those of the body, all in m. Such a facet is no
+    part of the surface of the whole body. Raises Fault.
     """
     for support in case.supports:
         if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
             continue
         axis, place = support.thing.normal
         if bool((abs(X[..., axis] - place).max(axis=1) <= _near(points)).any()):
-            raise Fault(diagnostic("E582", load.at("where"),
-                                   f"`{load.name}` acts on the plane of symmetry `{support.name}`",
+            raise Fault(diagnostic("E582", acting.at("where"),
+                                   f"`{acting.name}` acts on the plane of symmetry `{support.name}`",
                                    "within the whole body, where there is no surface",
                                    "select the outer surface alone, without the plane"))  # fmt: skip
+
+
+def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats, *, partly: bool = False) -> None:
+    """Refuse a load, an elastic foundation or a drain on the axis of a body of revolution, which has no area.
+
+    X are the nodes (f, k, 3) of the facets that it takes, points (m, 3) those of the body, all in m. All of them lie
+    on the axis, or with `partly` some: what holds a value there acts on the body, what is integrated does not. Raises
+    Fault.
+    """
+    if not case.depth or not len(X):
+        return
+    axial = abs(X[..., 0]).max(axis=1) <= _near(points)
+    if bool(axial.any() if partly else axial.all()):
+        raise Fault(diagnostic("E430", acting.at("where"),
+                               f"`{acting.name}` acts on the axis of revolution of `{case.body.name}`",
+                               "a line within the body, which has no area",
+                               "select a part of the surface away from the axis, as in `x >= 10 mm`"))  # fmt: skip
 
 
 def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:

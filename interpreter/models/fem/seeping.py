@@ -22,6 +22,7 @@ from softmark.interpreter.models.shared.holding import SAME as ALIKE
 from softmark.interpreter.models.shared.in_time import SAME, Timed, whole_of
 from softmark.interpreter.models.shared.prepared import Prepared, Solution, Workshop
 from softmark.interpreter.problem.case import Case, fault
+from softmark.interpreter.problem.mirrors import must_not_act_on_axis, must_not_act_on_plane
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import element_of
@@ -177,6 +178,9 @@ def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
         raise fault("E376", drain.at("where"), f"`{drain.name}` has no facet of the surface of `{case.body.name}` as a"
                     " whole", "lets nothing through",
                     "select more of the surface, or use a finer mesh: fluid leaves through whole facets")  # fmt: skip
+    X = mesh.points[mesh.facets[facets]]
+    must_not_act_on_plane(case, drain, X, mesh.points)
+    must_not_act_on_axis(case, drain, X, mesh.points, partly=True)
     return facets
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.surfaces import surface_of
 from softmark.interpreter.problem.case import fault
+from softmark.interpreter.problem.mirrors import must_not_act_on_axis, must_not_act_on_plane
 from softmark.interpreter.problem.parts.patches import Patches
 from softmark.interpreter.vocabulary.supports import Level
 from softmark.solvers.elements import moments
@@ -55,8 +56,12 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]
 
 
 def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
-    """Integrals over each facet, of its whole or of the selected part."""
-    facets, N, dA, normal = _points(surface_of(case, bed, bed.thing.where, mesh), case.depth)
+    """Integrals over each facet, of its whole or of the selected part. Raises Fault on a plane of symmetry."""
+    surface = surface_of(case, bed, bed.thing.where, mesh)
+    X = mesh.points[surface.touched]
+    must_not_act_on_plane(case, bed, X, mesh.points)
+    must_not_act_on_axis(case, bed, X, mesh.points)
+    facets, N, dA, normal = _points(surface, case.depth)
     each, which = np.unique(facets, axis=0, return_inverse=True)
     k = 3 * facets.shape[1]
     K = np.zeros((len(each), k, k))

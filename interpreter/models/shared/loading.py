@@ -13,7 +13,7 @@ from softmark.interpreter.language.scene import Declared
 from softmark.interpreter.models.shared.pieces import pieces
 from softmark.interpreter.models.shared.surfaces import surface_of
 from softmark.interpreter.problem.case import Case, fault
-from softmark.interpreter.problem.mirrors import must_not_load_plane, must_not_turn_half
+from softmark.interpreter.problem.mirrors import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
 from softmark.interpreter.problem.parts.surface import Loaded
 from softmark.interpreter.vocabulary.loads import (
     AtPoint,
@@ -192,8 +192,9 @@ def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
 def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:
     """The same of a load, whose way of acting may not go with planes of symmetry. Raises Fault."""
     found = surface_of(case, load, where, mesh)
+    must_not_act_on_axis(case, load, mesh.points[found.touched], mesh.points)
     if isinstance(load.thing.action, PerArea | Tensile):  # of a pressure, the plane's support takes all
-        must_not_load_plane(case, load, mesh.points[found.touched], mesh.points)
+        must_not_act_on_plane(case, load, mesh.points[found.touched], mesh.points)
     if isinstance(load.thing.action, Turning):
         must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)
     return found
