@@ -75,11 +75,10 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
         found[touch.name] = own
         if not own["least_gap"] > 0.0:
             reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
-        gap = gap_of(touch.rigid.thing.shape)
-        if gap is not None and (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
+        if _passes_between_nodes(case, touch, mesh, u, own["overlap"] or 0.0):
             reason = (
                 f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between "
-                "their nodes, half of its thickness: take cells that are smaller than it"
+                "their nodes, half of its thickness, and no node touches it: take cells that are smaller than it"
             )
         if swallowed:
             reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
@@ -90,6 +89,14 @@ def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None
             )
             reason += ": choose another `where`"
     return {"contact": found}, reason
+
+
+def _passes_between_nodes(case: Case, touch: Touch, mesh: Moved, u: Floats, overlap: float) -> bool:
+    """Return whether facets cut a rigid body in half, `overlap` deep (m), while nothing presses on it. Raises Unchecked."""
+    gap = gap_of(touch.rigid.thing.shape)
+    if gap is None or not overlap >= HALF * depth_of_middle(gap) > 0.0:
+        return False
+    return not np.any(of_contact(case, touch, mesh, u)[0])
 
 
 def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:

@@ -18,7 +18,6 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.evidence import reaction_check, softening
-from softmark.interpreter.evidence.held import misplaced
 from softmark.interpreter.evidence.kinds import voucher_of
 from softmark.interpreter.evidence.kinds.solid_forces import LEFT
 from softmark.interpreter.evidence.kinds.voucher import Found, Voucher
@@ -155,6 +154,8 @@ def _checked(
             if behind is not None:
                 return found, behind
     if voucher.holds and solution.mesh is not None and solution.mesh.kind in CELLS:
+        from softmark.interpreter.evidence.held import misplaced
+
         off, support = misplaced(case, solution.mesh)
         found |= {"misplaced": off}
         if support is not None:

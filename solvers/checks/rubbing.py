@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -17,6 +16,8 @@ def numbers(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
 
     Each is told by two sums of its shares, with numbers of nodes that no few of them have a relation between.
     """
+
+    from scipy.spatial import cKDTree  # 0.1 s, and only friction needs it
 
     def marks(nodes: Ints, parts: Floats) -> Floats:
         found: Floats = np.stack([(parts * np.sin(w * (nodes + 1.0))).sum(axis=1) for w in (1.0, np.sqrt(2.0))], axis=1)

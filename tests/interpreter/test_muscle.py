@@ -25,6 +25,7 @@ metric   less   = displacement(end, along = -x)
 metric   wider  = displacement(end, along = +y)
 metric   sigma  = stress(end, component = xx)
 """
+SIGMA = "metric   sigma  = stress(end, component = xx)\n"
 HEART = "guccione(stiffness = 2 kPa, bf = 8, bt = 2, bfs = 4, density = 1000 kg/m^3, fibres = +x{bulk})"
 RUBBER = "neo_hookean(young = 10 kPa, poisson = {nu}, density = 1000 kg/m^3)"
 TIGHT = "hex8, formulation = mixed"
@@ -45,6 +46,8 @@ def computed(law: str, muscle: str, more: str = "", model: str = TIGHT, size: st
     Of a single cell, from a file, where a folder is given.
     """
     text = CUBE.format(law=law, muscle=muscle, more=more, model=model, size=size)
+    if "viscous" in more:  # whose stress is not recovered to points
+        text = text.replace(SIGMA, "")
     if at is None:
         scene = softmark.loads(text)
     else:
@@ -174,7 +177,7 @@ material damper = viscous(matrix, g = [0.5], tau = [1] s, of = whole)
 material matrix = neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)
 analysis now = quasistatic(duration = 1 s, step = 0.5 s, times = [0.5, 1] s)"""
     text = CUBE.format(law=RUBBER.format(nu=0.3), muscle=SHORT.format("10 %", ", own = +x, course = ramp(over = 1 s)"),
-                       more=more, model="hex8", size="5 mm")  # fmt: skip
+                       more=more, model="hex8", size="5 mm").replace(SIGMA, "")  # fmt: skip
     with pytest.raises(softmark.SceneError) as refused:
         softmark.loads(text)
     assert [d.code for d in refused.value.diagnostics] == ["E362"]

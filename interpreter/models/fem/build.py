@@ -492,8 +492,7 @@ def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
 
 def _takes() -> str:
     """Which cells of a file each element can be made of."""
-    families = ("hexahedra", "tetrahedra")
-    hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == family] for family in families)
+    hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
     takes = "takes" if len(hexahedra) == 1 else "take"
     return (
         f"{levers.listed(hexahedra, 'and')} {takes} hexahedra; {levers.listed(tetrahedra, 'and')} take tetrahedra, or "
