@@ -1,8 +1,8 @@
 """Patch tests of selective integration over random irregular meshes, in space, in the plane and around an axis.
 
-Nodes on the boundary take a displacement of constant gradient H; in equilibrium all others have it too, for the stress is
-the same everywhere. So the forces on inner nodes vanish to rounding at that displacement, which is what is asked here.
-The gradient at the centre in place of its mean leaves forces of some per cent of those of one cell.
+Nodes on the boundary take a displacement of constant gradient H; in equilibrium all others have it too, for the
+stress is the same everywhere. So the forces on inner nodes vanish to rounding at that displacement, as tested. The
+gradient at the centre in place of its mean leaves forces of 0.3 to 1.4 % of those of one cell.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from softmark.solvers.assembly.solids import elastic_energy
 from softmark.solvers.energies.elastic import Elastic
 from softmark.solvers.energies.revolved import Revolved
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.shapes import Box
 
 DRAWN = 200
 SAME = 1e-12  # of the force of one cell: rounding of sums over eight cells
@@ -64,7 +64,7 @@ def test_the_mean_gradient_has_the_volume_of_its_cell() -> None:
 
 
 def test_rings_pass_it_too() -> None:
-    """Equal stretch along x and around the axis, another along y: r = a R, y = b Y, whose stress is the same everywhere.
+    """Equal stretch along x and around the axis, another along y: r = a R, y = b Y, of constant stress.
 
     Forces at inner nodes vanish, for a slice of one cell of depth in which nodes move within the plane.
     """
