@@ -36,10 +36,11 @@ def hints(document: Document, params: types.InlayHintParams) -> list[types.Inlay
 
 def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
     """`= 0.178 m` behind what is written otherwise."""
-    table = document.table
+    scope = document.scope  # with diagnostics of its own: those of the scene may be full
+    table = scope.table
     if not table.modules:
         return
-    evaluator = document.scope.evaluator(table.modules[0])
+    evaluator = scope.evaluator(table.modules[0])
     for node in nodes:
         for expression in _valued(node, table.vocabulary):
             if said := _in_si(expression, evaluator):

@@ -194,7 +194,9 @@ class Case:
 
 
 def porous(material: Any) -> bool:
-    """Whether fluid seeps through a material, or through what it is when it does not pull."""
+    """Whether fluid seeps through a material; of muscle, at rest, and of a plate, through what it is made of."""
+    if getattr(material, "thin", False):
+        return porous(material.of)
     if getattr(material, "permeability", None) is not None:
         return True
     return hasattr(material, "passive") and porous(material.passive)

@@ -35,8 +35,7 @@ def typical(material: Any, shape: Any) -> Any:
     For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
     """
     new: dict[str, float] = {}
-    within = getattr(material, "law", None)  # of muscle, whose law may not vary: that is said, and stops nothing else
-    for name, profile in ((profiles(within) if hasattr(within, "varying") else {}) | profiles(material)).items():
+    for name, profile in _of_all_laws(material).items():
         seen = [v for _, v in looked(profile, shape) if math.isfinite(v)]
         if not seen:
             new[name] = UNKNOWN[name]
@@ -45,6 +44,15 @@ def typical(material: Any, shape: Any) -> Any:
             largest = max(-0.999, most if most <= 0.5 else ORDINARY)
             new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
     return with_constants(material, new) if new else material
+
+
+def _of_all_laws(material: Any) -> dict[str, Profile]:
+    """Constants that vary in space, of a material and of the laws that it is made around, by their names.
+
+    Laws of muscle may not vary. That is an error of its own (E367), and other checks must not fail because of it.
+    """
+    within = vars(material).get("law")
+    return (_of_all_laws(within) if hasattr(within, "varying") else {}) | profiles(material)
 
 
 def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:

@@ -37,8 +37,10 @@ class Thin(Isotropic):
 
     @classmethod
     def made(cls, of: Isotropic) -> Thin:
-        """A plate of a material."""
-        return of if isinstance(of, cls) else cls(of.young, of.poisson, of.density, of)
+        """A plate of a material; a material with fibres as it is, because no plate of one is known (E365)."""
+        if isinstance(of, cls) or getattr(of, "directed", False):
+            return of
+        return cls(of.young, of.poisson, of.density, of)
 
     @property
     def polyconvex(self) -> bool:  # type: ignore[override]

@@ -71,7 +71,7 @@ def plate(poisson: float) -> float:
 def doubt(declared: Declared, case: Case) -> Diagnostic | None:
     """A warning where a section is flat, and curling matters."""
     thin, wide = sorted(case.prism.section.extents)
-    most = plate(case.material.poisson)
+    most = plate(case.largest_poisson)  # of a material that varies, which is refused elsewhere, too
     if wide < FLAT * thin or most < SEEN:
         return None
     return diagnostic(

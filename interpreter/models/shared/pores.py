@@ -26,6 +26,11 @@ LINEAR = ("conjugate_gradients", "multigrid")
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Errors of a model of a body full of fluid."""
+    if case.planar == "plane_stress":
+        yield diagnostic("E435", case.body.at("material"), f"`{case.body.name}` is in plane stress, which is not known"
+                         " of a material full of fluid", "not in plane stress", "use `plane_strain`, a `solid` as thick"
+                         " as the plate, or the drained law by itself")  # fmt: skip
+        return
     if problem := next(filter(None, map(_unsound, case.typical)), None):
         yield diagnostic("E370", case.body.at("material"), f"the material of `{case.body.name}` holds no fluid:"
                          f" {problem[0]}", problem[1], problem[2])  # fmt: skip

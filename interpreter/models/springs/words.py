@@ -131,7 +131,7 @@ class MassSpring(Model):
         return doubts(scene, declared, case)
 
     def _cauchy(self, declared: Declared, case: Case) -> Diagnostic | None:
-        nu = case.material.poisson
+        nu = case.largest_poisson
         if abs(nu - CAUCHY) <= FAR + 1e-12:
             return None
         return diagnostic(
