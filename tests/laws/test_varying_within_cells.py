@@ -123,7 +123,7 @@ def test_forces_and_weights_are_integrals(seed: int) -> None:
 
 
 def must_be_right_or_stated(found: Any, report: Any, pull: float, case: Any) -> None:
-    """Pressures have one value in a cell, or are continuous, and cannot follow a bulk modulus that varies within cells.
+    """Pressures have one value in a cell, or are continuous, and cannot follow a bulk modulus that varies there.
 
     Where their force is more than CLOSE off it is too small, a warning says so, and the stated error contains the truth.
     """
@@ -278,7 +278,8 @@ def test_layers_behind_one_another_are_within_the_stated_error(seed: int) -> Non
     found = report.models["m"]
     exact = STRAIN * 1e4 * math.sqrt(1.0 - b**2) * WIDE**2 * 1e-6
     value, stated = found.metrics["pull"].value, found.stated["pull"].value
-    assert value is not None and stated is not None
+    assert value is not None
+    assert stated is not None
     assert exact == pytest.approx(value, abs=stated)
     assert abs(value - exact) > 0.1 * stated  # and it is no boundless one
     assert "W401" in {w.code for w in report.warnings}
