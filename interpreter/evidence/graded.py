@@ -85,7 +85,7 @@ def integrated(case: Case, mesh: Moved, pressures: bool) -> tuple[dict[str, Any]
             off = _volumes_off(seen, part)
             worst = max(worst, off)
             if off > OFF and reason is None:
-                reason = f"the points by which `{name}` is integrated have {100 * off:.2g} % of a cell's volume too much or too little"
+                reason = f"the points by which `{name}` is integrated miss the volume of a cell by {100 * off:.2g} %"
             for cell in _chosen(seen, len(part.cells)):
                 off, allowed = _compared(rows, seen, part, cell)
                 worst = max(worst, off)
@@ -120,7 +120,7 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
 
 
 def _volumes_off(seen: Any, mesh: Any) -> float:
-    """By how much volumes of points differ from those of their cells, relative, in all cells with points of their own."""
+    """By how much volumes of points differ from those of their cells, relative, where cells have their own."""
     if seen.rule is None:
         return 0.0
     own = np.flatnonzero(seen.rule.special)
@@ -279,8 +279,8 @@ def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of constants that vary within cells.
 
     Integrals over cells may be off: a stiffness that is off by a share in every cell moves an answer by that share at
-    most. And a body may be softer than its cells, by the bounds of layers behind one another, or stiffer than those with
-    pressures (stiffness_bounds.py).
+    most. And a body may be softer than its cells, by the bounds of layers behind one another, or stiffer than those
+    with pressures (stiffness_bounds.py).
     """
     from softmark.interpreter.models.shared.pieces import lost as of_mesh
     from softmark.interpreter.models.shared.pieces import softer_by, stiffer_by

@@ -125,11 +125,16 @@ class OnMesh:
         return VoxelBounds(down[tuple(near)], up[tuple(near)]), corner, edge
 
     def bounds(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-        """Least and largest values (n,) over boxes from low to high (n, 3), m: of all cells that are near a box."""
+        """Least and largest values (n,) over boxes from low to high (n, 3), m: of all cells that are near a box.
+
+        Infinite for boxes smaller than half a block, of which the blocks tell nothing: their own points do.
+        """
         known, corner, edge = self._bounds
         last = np.array(known.low.shape) - 1
         first, final = (np.clip(((at - corner) / edge).astype(np.int64), 0, last) for at in (low, high))
-        return known.within(first, final)
+        least, most = known.within(first, final)
+        small = np.all(high - low < 0.5 * edge, axis=1)
+        return np.where(small, -np.inf, least), np.where(small, np.inf, most)
 
     def outside(self, X: Floats) -> Bools:
         """Which points X (n, 3) lie in no cell (n,)."""

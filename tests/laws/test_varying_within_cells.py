@@ -1,4 +1,4 @@
-"""Constants that vary within cells against adaptive quadrature by scipy, over random cases: stiffness, mass, tension.
+"""Constants that vary within cells against adaptive quadrature by scipy: stiffness, mass and tension at random.
 
 A body between plates that impose one strain has the force that the integral of E over its section says where E does not
 vary along the pull and nothing contracts (layers side by side, Voigt 1889); its mass, and what gravity pulls, are the
@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -67,16 +68,14 @@ def integral(f: Callable[[float, float], float], marks: list[float]) -> float:
     """int f dy dz over the section, mm^2: along y f is linear, so that its middle will do."""
     inside = sorted({m for m in marks if 0.0 < m < WIDE})
     ends = [0.0, *inside, WIDE]
-    along = (
-        quad(lambda z: f(0.5 * WIDE, z), a, b, epsrel=1e-9, limit=200)[0] for a, b in zip(ends, ends[1:], strict=False)
-    )
+    along = (quad(lambda z: f(0.5 * WIDE, z), a, b, epsrel=1e-9, limit=200)[0] for a, b in pairwise(ends))
     return WIDE * math.fsum(along)
 
 
 def between(f: Callable[[float], float], marks: list[float], low: float, high: float) -> float:
     """int f dz from low to high, mm."""
     ends = [low, *sorted({m for m in marks if low < m < high}), high]
-    return math.fsum(quad(f, a, b, epsrel=1e-9, limit=200)[0] for a, b in zip(ends, ends[1:], strict=False))
+    return math.fsum(quad(f, a, b, epsrel=1e-9, limit=200)[0] for a, b in pairwise(ends))
 
 
 def scene(young: str, density: str, element: str, size: float, law: str) -> str:
@@ -100,7 +99,7 @@ def cases() -> list[object]:
 
 @pytest.mark.parametrize("seed", cases())
 def test_forces_and_weights_are_integrals(seed: int) -> None:
-    """F = strain int E dA and int rho g dV. At every node y and z are held, so that the bar cannot but stretch evenly."""
+    """F = strain int E dA and int rho g dV. At all nodes y and z are held: it stretches evenly."""
     rng = np.random.default_rng(35_000 + seed)
     element = ELEMENTS[seed % len(ELEMENTS)]
     (young, E, ends), (density, rho, marks) = profile(rng), profile(rng)
@@ -123,9 +122,9 @@ def test_forces_and_weights_are_integrals(seed: int) -> None:
 
 
 def must_be_right_or_stated(found: Any, report: Any, pull: float, case: Any) -> None:
-    """Pressures have one value in a cell, or are continuous, and cannot follow a bulk modulus that varies within cells.
+    """Pressures have one value in a cell, or are continuous, and cannot follow a bulk modulus that varies there.
 
-    Where their force is more than CLOSE off it is too small, a warning says so, and the stated error contains the truth.
+    Where their force is more than CLOSE off, it is too small, a warning says so, and the stated error contains it.
     """
     value = found.metrics["pull"].value
     if value == pytest.approx(pull, rel=CLOSE):
@@ -204,8 +203,8 @@ def test_muscle_pulls_with_the_integral_of_its_tension(seed: int) -> None:
     element = ("hex8", "hex20", "tet10", "tet4")[seed % 4]
     tension, T, ends = profile(rng)
     text = scene("10 kPa", "1000 kg/m^3", element, 5.0, "neo_hookean").replace("strain = small", "strain = finite")
-    text = text.replace("load weight", "#").replace("metric carried", "#").replace(f"({STRAIN * LONG}, 0, 0)", "(0, 0, 0)")
-    text = text.replace("box(", "box (").replace(", gel)", ", muscle)").replace("box (", "box(")
+    text = text.replace("load weight", "#").replace("metric carried", "#").replace(", gel)", ", muscle)")
+    text = text.replace(f"({STRAIN * LONG}, 0, 0)", "(0, 0, 0)")
     text = f"material muscle = active(gel, tension = 1 kPa * {tension}, own = +x)\n" + text
     found = softmark.loads(text).run().models["m"]
     assert found.status == "converged", found.message
@@ -227,7 +226,8 @@ def test_plane_cells_are_integrated_too(seed: int) -> None:
     (young, E, ends), (density, rho, marks) = across(rng, "y"), across(rng, "y")
     text = scene(f"10 kPa * {young}", f"1000 kg/m^3 * {density}", element, 5.0, "linear_elastic")
     text = text.replace(f"solid(box(size = ({LONG}, {WIDE}, {WIDE}) mm), gel)",
-                        "plane_strain(quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 10, 0) mm, (0, 10, 0) mm), gel, thickness = 2 mm)")  # fmt: skip
+                        "plane_strain(quadrilateral((0, 0, 0) mm, (20, 0, 0) mm, (20, 10, 0) mm, (0, 10, 0) mm), gel,"
+                        " thickness = 2 mm)")  # fmt: skip
     report = softmark.loads(text.replace("components = (y, z)", "components = y")).run()
     found = report.models["m"]
     assert found.status == "converged", found.message
@@ -247,11 +247,14 @@ def test_frequencies_have_the_integral_of_the_density(seed: int) -> None:
     element = ("hex20", "tet10", "hex27")[seed % 3]
     density, rho, _ = across(rng, "x")
     text = scene("10 kPa", f"1000 kg/m^3 * {density}", element, 2.0, "linear_elastic").split("support right")[0]
-    text = text.replace(f"size = ({LONG}, {WIDE}, {WIDE})", f"size = ({WIDE}, 2, 2)") + f"""
+    text = (
+        text.replace(f"size = ({LONG}, {WIDE}, {WIDE})", f"size = ({WIDE}, 2, 2)")
+        + f"""
 support sides = fixed(bar, where = x < 100 mm, components = (y, z))
 model m = fem({element}, strain = small, size = 2 mm)
 metric tone = frequency(bar)
 """
+    )
     found = softmark.loads(text).run().models["m"]
     many, inside = 4000, 8
     h = 1e-3 * WIDE / many
@@ -278,7 +281,8 @@ def test_layers_behind_one_another_are_within_the_stated_error(seed: int) -> Non
     found = report.models["m"]
     exact = STRAIN * 1e4 * math.sqrt(1.0 - b**2) * WIDE**2 * 1e-6
     value, stated = found.metrics["pull"].value, found.stated["pull"].value
-    assert value is not None and stated is not None
+    assert value is not None
+    assert stated is not None
     assert exact == pytest.approx(value, abs=stated)
     assert abs(value - exact) > 0.1 * stated  # and it is no boundless one
     assert "W401" in {w.code for w in report.warnings}

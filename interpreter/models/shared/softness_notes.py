@@ -18,7 +18,7 @@ SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
 
 
 def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
-    """The share of its stiffness that a body in displacements u (n, 3), m, may lack, for moduli that vary within cells."""
+    """The share of its stiffness that a body in displacements u (n, 3), m, may lack: moduli vary within cells."""
     lost = total = 0.0
     for own in parts:
         varies = moduli_vary(own.case)
@@ -36,7 +36,7 @@ def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
 
 
 def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
-    """The share by which a body in displacements u (n, 3), m, may be stiffer than its cells with pressures p (m, b), Pa.
+    """The share by which a body in displacements u (n, 3), m, may be stiffer than cells with pressures p (m, b), Pa.
 
     Pressures do not follow a bulk modulus that varies within a cell: they have its harmonic mean. A body whose
     dilatation is even has the arithmetic one, and is no stiffer than that.
@@ -77,11 +77,11 @@ def softness_note(
     if stiffer > SOFTER:
         yield diagnostic(
             "W401", declared.at("formulation"),
-            f"`{declared.name}` may take `{parts[0].case.body.name}` for softer than it is, for its moduli vary within cells"
-            " and pressures do not follow them",
+            f"`{declared.name}` may take `{parts[0].case.body.name}` for softer than it is, for its moduli vary within"
+            " cells and pressures do not follow them",
             f"its stiffness may lack up to {100 * stiffer:.3g} %",
-            "pressures in cells have the harmonic mean of the bulk modulus: use a mesh whose cells are smaller than what"
-            " varies, or leave out `formulation` where Poisson's ratio is not near 0.5",
+            "pressures in cells have the harmonic mean of the bulk modulus: use a mesh whose cells are smaller than"
+            " what varies, or leave out `formulation` where Poisson's ratio is not near 0.5",
         )  # fmt: skip
     share = softer_by(u, parts, pressures)
     if share > SOFTER:
