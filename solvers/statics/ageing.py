@@ -71,7 +71,8 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
         step = replace(now, target=to.target, start=before.x if before.times else None)
     else:  # of what turns: how far it is from a state is no difference of numbers
         imposed = to.target if before.imposed is None else to.target - before.imposed
-        step = replace(now, rest=before.x, target=imposed)
+        travelled = float(np.linalg.norm((before.x - problem.rest).reshape(-1, 7)[:, :3]))
+        step = replace(now, rest=before.x, target=imposed, travelled=travelled)
     found = equilibrium(step)
     x = found.x
     memories = before.memories.accepted(x, h)

@@ -39,7 +39,7 @@ class Newton:
         self.left: Floats | None = None  # the unstable equilibrium that `stable` went aside from
         self.criterion: Criterion = "residual"
         self.eps = float(np.finfo(problem.rest.dtype).eps)
-        self.moved = 0.0  # length of all steps so far
+        self.moved = problem.travelled  # length of all steps so far
         self.towed = 0.0  # force that the motion of the supports causes while the body stays behind
         self._close = self._tiny = False  # what the last step was
         self._before = np.inf

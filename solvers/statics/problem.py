@@ -115,7 +115,7 @@ class Statics:
     whole steps first; rods, whose space already follows their rotation, need no such start. `convex` says that the
     energy is a positive quadratic form, whose one equilibrium is stable. `extent` is the size of the body in m;
     `weights` make degrees of freedom that are rotations comparable with displacements: forces are multiplied and
-    motions divided by them.
+    motions divided by them. `travelled` (m) is the length of the motion before `rest`, where that is a state in time.
 
     Converged means: the out-of-balance force is at most `tolerance` times the larger of load and reactions.
     In a stiff body or under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large
@@ -148,6 +148,7 @@ class Statics:
     bold: bool = True
     convex: bool = False
     extent: float = 1.0
+    travelled: float = 0.0
     weights: Floats = field(default_factory=lambda: np.ones(1))  # (dofs,) or (1,)
     watch: Watch = field(default=lambda iteration: None)
     linear: Linear = field(default_factory=Linear)
