@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lsprotocol import types
 
-from softmark.interpreter.editor import completion, hover, signature
+from softmark.interpreter.editor import completion, hints, hover, signature
 from softmark.interpreter.editor.diagnostics import diagnostics
 from softmark.interpreter.editor.document import Document
 
@@ -65,4 +65,5 @@ def answers(document: Document) -> dict[str, Callable[[], object]]:
         "hover": lambda: hover.hover(document, types.HoverParams(text, at)),
         "signature help": lambda: signature.signature(document, types.SignatureHelpParams(text, at)),
         "diagnostics": lambda: diagnostics(document),
+        "hints": lambda: hints.hints(document, types.InlayHintParams(text, types.Range(types.Position(0, 0), at))),
     }
