@@ -52,7 +52,7 @@ FieldBounds = Callable[[Any, Floats, Floats], tuple[Floats, Floats]]  # of a fie
 
 
 def over(node: Node, low: Floats, high: Floats, fields: FieldBounds | None = None) -> Values:
-    """What an expression comes to over boxes from low to high (n, 3), m; of a field nothing is known without `fields`."""
+    """Bounds of an expression over boxes from `low` to `high` (n, 3), m; a field has none without `fields`."""
     with np.errstate(all="ignore"):
         return _over(node, low, high, fields)
 

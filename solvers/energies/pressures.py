@@ -40,7 +40,8 @@ class MixedSolid(Energy):
     `hoop` (m, q, a), 1/m, they are of a body of revolution, as in `Revolved`. The
     state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
     modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
-    (m, b) are their places in x, `Np` (q, b), or (m, q, b) of each cell, their shape functions, `compliance` is 1/M in 1/Pa, one for all or of each
+    (m, b) are their places in x, `Np` (q, b), or (m, q, b) of each cell, their shape functions, `compliance` is 1/M
+    in 1/Pa, one for all or of each
     point (m, q). Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and
     Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), not quite.
     """

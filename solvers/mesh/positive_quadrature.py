@@ -1,8 +1,9 @@
 """Quadrature rules with few points and positive weights that keep given moments of a rule with many points.
 
-Caratheodory's theorem, for rules by Tchakaloff (1957): a sum of n columns with positive weights is one of as many columns
-as they have independent directions. Points are taken one by one; each is added to a basis of columns, or takes the place
-of one whose weight runs out, as in the simplex method.
+Caratheodory's theorem, for rules by Tchakaloff (1957): a sum of n columns with positive weights is one of as many
+columns
+as they have independent directions. Points are taken one by one; each is added to a basis of columns, or takes the
+place of one whose weight runs out, as in the simplex method.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def _orthonormal(V: Floats, w: Floats) -> Floats:
 
 
 def _corrected(V: Floats, moments: Floats, found: Floats) -> float:
-    """Take the rounding of many exchanges out of the weights `found` (n,); the largest miss of a moment that is left."""
+    """Remove rounding from the weights `found` (n,); return the largest miss of a moment that is left."""
     some = np.flatnonzero(found > 0.0)
     change = np.linalg.lstsq(V[some].T, moments - V[some].T @ found[some], rcond=1e-12)[0]
     if np.all(found[some] + change >= 0.0):

@@ -26,7 +26,7 @@ class VoxelBounds:
         return VoxelBounds(_blocks(self.low, np.minimum), _blocks(self.high, np.maximum))
 
     def within(self, first: Ints, last: Ints) -> tuple[Floats, Floats]:
-        """Bounds (n,) over boxes of voxels from `first` to `last` (n, 3), both inclusive; of large boxes a little wider."""
+        """Bounds (n,) over boxes of voxels from `first` to `last` (n, 3), inclusive; those of large boxes are wider."""
         low, high = np.empty(len(first)), np.empty(len(first))
         many = np.prod(last - first + 1.0, axis=1) > MANY
         some = np.flatnonzero(~many)

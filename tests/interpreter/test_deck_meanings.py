@@ -292,7 +292,7 @@ def test_constants_of_ogden_are_those_of_the_language(tmp_path: Path) -> None:
         ("12, 2., 1., 1.", "12, 2., 1., nan", "`nan` in the data of *NODE is not a finite number"),
         ("2, 5, 9, 10", "1, 5, 9, 10", "two elements have the number 1"),
         ("12, 2., 1., 1.", "11, 2., 1., 1.", "two nodes are called 11, in two places"),
-        ("*STEP", "*INCLUDE, INPUT=../d.inp\n*STEP", "it includes `../d.inp`: that lies outside the folder of the file"),
+        ("*STEP", "*INCLUDE, INPUT=../d.inp\n*STEP", "`../d.inp`: that lies outside the folder of the file"),
         ("*STEP", "*INCLUDE, INPUT=none.inp\n*STEP", "it includes `none.inp`: there is no such file"),
         ("*STEP", "*INCLUDE, INPUT=d.inp\n*STEP", "it includes itself"),
         ("*STEP", "*INCLUDE, INPUT=.\n*STEP", "it includes `.`: that is a folder"),

@@ -34,7 +34,7 @@ QUICK = 8
 
 
 def profile(rng: np.random.Generator) -> tuple[str, Callable[[float, float], float], list[float]]:
-    """A factor of the coordinates y and z as a scene has it, as a function of mm, and where along z it has features, mm."""
+    """A factor of y and z as a scene writes it, as a function of mm, and where along z it has features, mm."""
     kind = rng.integers(5)
     at, width = rng.uniform(1.0, 9.0), float(10 ** rng.uniform(-1.0, 0.5))
     high = float(10 ** rng.uniform(0.0, 2.3))

@@ -241,8 +241,8 @@ def checked_body(
 ) -> CheckedBody:
     """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked.
 
-    `rules` are local points (m, q, 3) and weights (m, q) of each cell, where these are not those of their kind: constants
-    are integrated there, which `evidence/graded.py` judges by another quadrature.
+    `rules` are local points (m, q, 3) and weights (m, q) of each cell, where these are not those of their kind:
+    constants are integrated there, which `evidence/graded.py` judges by another quadrature.
     """
     turned, case = model.rotation == "element", _at_ease(case)
     if getattr(case.material, "directed", False):

@@ -159,14 +159,14 @@ def _rule(mesh: Mesh) -> Rule:
 
 
 def must_be_in_range(case: Case, mesh: Mesh) -> None:
-    """Raises Fault for a constant that is out of its range at points of the element, at nodes, or at those of a finer rule."""
+    """Raise Fault where a constant is out of range at integration points, nodes or points of a finer rule."""
     for profile in profiles(case.material).values():
         for X in (places(mesh, _rule(mesh)), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
             _must_be_allowed(case, profile, values(profile, X), X)
 
 
 def _sampled(case: Case, X: Floats) -> Any:
-    """The material with arrays (m, q) for what varies of its law, at points X (m, q, 3). Raises Fault out of their range."""
+    """The material with arrays (m, q) of its varying constants at points X (m, q, 3). Raises Fault out of range."""
     new = {}
     for name, profile in profiles(case.material).items():
         if name in OF_LAWS:
@@ -463,9 +463,11 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
         if spread.lost > MISSED:
             yield diagnostic(
                 "W402", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
-                f"`{profile.name}` of `{of}` varies too much within cells of `{declared.name}` for its integrals over them",
+                f"`{profile.name}` of `{of}` varies too much within cells of `{declared.name}` for its integrals over"
+                " them",
                 f"up to {100 * spread.lost:.2g} % of them may be missed",
-                "its stated error has that part: use a finer mesh, or an expression or image without such fine features",
+                "its stated error has that part: use a finer mesh, or an expression or image without such fine"
+                " features",
             )  # fmt: skip
         pressed = profile.name == "poisson" and declared.thing.formulation == "mixed"  # which takes any
         if spread.steep > MANY and not pressed:

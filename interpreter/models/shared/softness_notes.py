@@ -87,8 +87,8 @@ def softness_note(
     if share > SOFTER:
         yield diagnostic(
             "W401", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
-            f"`{declared.name}` may take `{parts[0].case.body.name}` for up to {100 * share / (1.0 - share):.3g} % stiffer than it"
-            " is, for its moduli vary within cells",
+            f"`{declared.name}` may take `{parts[0].case.body.name}` for up to {100 * share / (1.0 - share):.3g} %"
+            " stiffer than it is, for its moduli vary within cells",
             f"up to {100 * share:.3g} % of its stiffness",
             "cells cannot strain as softer and stiffer layers behind one another do: use a mesh whose cells are smaller"
             " than what varies",

@@ -97,7 +97,7 @@ def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
 
 
 def _along(mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats) -> float:
-    """1 less the mean of harmonic over arithmetic means along lines through local points (k, 3) in a local direction."""
+    """1 less the mean ratio of harmonic to arithmetic means along lines through local points (k, 3)."""
     sides, limits = SIDES[family_of(mesh.element)]
     with np.errstate(all="ignore"):
         reach = (limits - places @ sides.T) / (sides @ way)  # to the planes of the faces (k, f)

@@ -1,4 +1,5 @@
-"""Quadrature of constants that vary within cells: which cells need more points than their element has, and which points.
+"""Quadrature of constants that vary within cells: which cells need more points than their element has, and which
+points.
 
 Constants are integrated adaptively over every cell, by bounds of their expressions and images that no narrow peak
 escapes (solvers/mesh/adaptive_quadrature.py). A cell whose own points do as well keeps them. Any other is given few

@@ -142,7 +142,8 @@ def _numbered(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
 def merged(data: Any) -> Any:
     """A mesh in Gmsh's format 2.2 with each cell once, which the file has once for each physical group of the cell.
 
-    Further groups of a cell are arrays `gmsh:physical 2` and so on. A cell that is given twice in the same group stays twice: that is a flaw of the mesh.
+    Further groups of a cell are arrays `gmsh:physical 2` and so on. A cell that is given twice in the same group
+    stays twice: that is a flaw of the mesh.
     """
     groups = data.cell_data.get(PHYSICAL)
     if groups is None:
