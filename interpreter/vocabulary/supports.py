@@ -131,8 +131,8 @@ class Symmetric(Holding):
     rotations as well that a section in the plane cannot make. Loads and supports must be symmetric too: gravity across
     the plane is refused, as are motions that start across it, and a traction, an elastic foundation or a drain on the
     plane itself, which is a face of the half alone. Forces, energies and mass are those of the part; of a force at a
-    point of the plane give half (`W335`). The answer is symmetric as well: what buckles or vibrates to one side alone is
-    not found.
+    point of the plane give half (`W335`). The answer is symmetric as well: what buckles or vibrates to one side alone
+    is not found.
     """
 
     body: Annotated[str, "body", "the body that is held"]
