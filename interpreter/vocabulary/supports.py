@@ -129,9 +129,10 @@ class Symmetric(Holding):
     `where` selects the plane face that lies in it, as `x <= 0 mm` does of a body with x >= 0; what is normal to the
     plane is held. The plane is normal to x, y or z, and the body lies on one side of it. A beam model holds the two
     rotations as well that a section in the plane cannot make. Loads and supports must be symmetric too: gravity across
-    the plane is refused, as are motions that start across it, and a traction on the plane itself, which is a face of
-    the half alone. Forces, energies and mass are those of the part; of a force at a point of the plane give half
-    (`W335`). The answer is symmetric as well: what buckles or vibrates to one side alone is not found.
+    the plane is refused, as are motions that start across it, and a traction, an elastic foundation or a drain on the
+    plane itself, which is a face of the half alone. Forces, energies and mass are those of the part; of a force at a
+    point of the plane give half (`W335`). The answer is symmetric as well: what buckles or vibrates to one side alone
+    is not found.
     """
 
     body: Annotated[str, "body", "the body that is held"]
