@@ -36,7 +36,7 @@ class Thin(Isotropic):
     thin = True
 
     @classmethod
-    def made(cls, of: Isotropic) -> Thin:
+    def made(cls, of: Isotropic) -> Isotropic:
         """A plate of a material; a material with fibres as it is, because no plate of one is known (E365)."""
         if isinstance(of, cls) or getattr(of, "directed", False):
             return of

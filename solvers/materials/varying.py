@@ -130,7 +130,7 @@ def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
         rest: Any = {name: value for name, value in new.items() if name in own}
         return replace(material, **rest | {"law": with_constants(own["law"], its)})
     of = getattr(material, "of", None)
-    more = {} if of is None else {"of": with_constants(of, new)}
+    more: Any = {} if of is None else {"of": with_constants(of, new)}
     return replace(material, **new, **more)
 
 

@@ -37,7 +37,7 @@ HOSTILE = {
     "open quotes": 'use "' + "../" * 200,
     "folders": 'use "/proc/self/',
     "a null in a name": 'body a = solid(filled("a\0b',
-    "a hundred errors": SCENE + "".join(f"param p{i} = q{i}\n" for i in range(150)),
+    "a hundred errors": "param a = 60 mm\n" + "".join(f"param p{i} = q{i}\n" for i in range(150)),
     "dots": "expect a.b.c.d. < ..",
     "many": "param a = 1\n" * 3000,
     "circles": "param a = b\nparam b = a\nmodel m = pod(of = m, over = ",
