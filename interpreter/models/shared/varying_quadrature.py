@@ -227,7 +227,7 @@ def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolv
     degree, most = degree_of(mesh, mass), PARTS + 2 * count
     fine = adaptive_rule(mesh, functions.values, functions.bounds, TOLERANCE, most, functions.axes, floor, degree)
     sums = np.array([np.bincount(fine.cell, c * fine.w, minlength=count) for c in fine.values])
-    volumes = np.bincount(fine.cell, fine.w, minlength=count)
+    volumes = np.bincount(fine.cell, fine.w, minlength=count).astype(np.float64)
     starts = np.searchsorted(fine.cell, np.arange(count))
     least, largest = (f.reduceat(fine.values, starts, axis=1) for f in (np.minimum, np.maximum))
     w = integration(mesh, rule=own).w

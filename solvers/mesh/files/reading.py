@@ -269,11 +269,11 @@ def _vtk(path: Path) -> Any:
                 data = xml.inlined(read_regular(path))
             else:
                 return None
-    except (legacy.Malformed, ValueError, MemoryError) as error:
+    except (gmsh1.Malformed, ValueError, MemoryError) as error:
         raise UnreadableMesh(f"it is no complete file of VTK ({reason_of(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
-        (file := Path(folder, "mesh.vtu")).write_bytes(data)
-        return _tried(file, ["vtu"])
+        (copy := Path(folder, "mesh.vtu")).write_bytes(data)
+        return _tried(copy, ["vtu"])
 
 
 def _with_groups(path: Path, kind: str) -> Any:
