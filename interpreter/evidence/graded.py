@@ -191,7 +191,7 @@ def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Flo
             np.maximum.at(beyond[g], owner[some], above[g, some])
         volume = np.prod(size, axis=1)
         beyond = np.where(beyond > width, beyond * volume, 0.0)
-        rough = ((off + beyond) > close[:, None] / (taken + len(low))).any(axis=0)
+        rough = np.asarray(((off + beyond) > close[:, None] / (taken + len(low))).any(axis=0))
         if turn == ROUNDS or taken + len(low) + int(rough.sum()) > MOST:
             rough[:] = False
         total += own[:, :, ~rough].sum(axis=2)
