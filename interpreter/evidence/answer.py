@@ -43,7 +43,7 @@ class Answer:
 
     @property
     def system(self) -> float:
-        """What building the model and solving one of its systems took, of the whole solution."""
+        """Fraction of the whole solution's CPU time that building the model and solving one of its systems took."""
         took = {n: t.median if (t := self.result.time.get(n)) else 0.0 for n in ("setup_cpu_s", "solve_cpu_s")}
         whole, systems = sum(took.values()), max(1, int(self.result.solve.get("iterations") or 1))
         return (took["setup_cpu_s"] + took["solve_cpu_s"] / systems) / whole if whole > 0.0 else 1.0
@@ -74,7 +74,7 @@ class Answer:
     def solved(
         self, key: str, declared: Declared, case: Case, costs: float = 1.0, slight: bool = False
     ) -> tuple[Solution, dict[str, int]]:
-        """Another model solved, and its size; it `costs` so many times the solution. Raises Unknown."""
+        """Solve another model, which `costs` so many times this solution; return it and its size. Raises Unknown."""
 
         def solve() -> tuple[Solution, dict[str, int]]:
             self.budget.must_hold(costs, slight)
@@ -102,7 +102,7 @@ class Answer:
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
     def on_nodes(self, costs: float = 1.0) -> Moved:
-        """The mesh, deformed, for what `costs` so many times the solution. Raises Unknown."""
+        """Return the deformed mesh for work that `costs` so many times the solution. Raises Unknown."""
         self.budget.must_hold(costs)
         if self.mesh is None:
             raise Unknown("the displacements of its nodes are not known")

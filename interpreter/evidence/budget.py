@@ -11,7 +11,7 @@ from typing import Any
 
 from softmark.interpreter.evidence.probe_answers import Unknown
 
-SOLUTIONS = 2.0  # times what the solution took, in all
+SOLUTIONS = 2.0  # times the cost of the solution, in all
 LEAST = 5.0  # s that may be spent in any case
 SLIGHT = 0.25  # s that a model may take for another solution that nobody asked for
 NOT_ASKED = "nobody asked for it: `--stated` does"
@@ -62,12 +62,12 @@ class Budget:
 
     @property
     def words(self) -> str:
-        """What it may cost in all."""
+        """Largest allowed cost, as text."""
         return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the solution"
 
     @contextmanager
     def reserving(self, solutions: float) -> Iterator[None]:
-        """Keep so many times the solution for what comes after, if this leads nowhere."""
+        """Reserve CPU time for that many solutions while the block runs, for attempts after it."""
         kept = solutions * self.solution
         self.limit -= kept
         try:
@@ -85,9 +85,9 @@ class Budget:
         self.limit += SOLUTIONS * took
 
     def must_hold(self, solutions: float, slight: bool = False) -> None:
-        """Raises Overspent where so many times the solution cost more than what is left, or where nobody asked.
+        """Raises Overspent if work of that many solutions costs more than the budget left, or if nobody requested it.
 
-        Nobody need ask for what is `slight` beside starting a program, as a beam of fewer segments.
+        A cost that is `slight` compared with starting a program, as of a beam with fewer segments, needs no request.
         """
         if not self.asked and not (slight and solutions * self.solution <= SLIGHT):
             raise Overspent(NOT_ASKED)

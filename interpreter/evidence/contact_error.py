@@ -70,9 +70,9 @@ def gaps(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
 
 
 def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
-    """Whether balance with dead loads alone fixes the force of a contact or support along a direction.
+    """Return whether balance with only dead loads fixes the force of a contact or support along a direction.
 
-    Nothing else may hold the body along any axis of that direction. A gap then changes nothing of the force.
+    This requires that nothing else holds the body along any axis of that direction. A gap then does not change it.
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analyses import Dynamic

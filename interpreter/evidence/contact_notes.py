@@ -137,7 +137,7 @@ def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) ->
 
 
 def held_off(declared: Declared, case: Case, rest: AtRest) -> Iterator[Diagnostic]:
-    """A warning for each contact whose barrier leaves too wide a gap."""
+    """Yield a warning for each contact whose barrier leaves a gap that is too wide."""
     for contact in (*(touch.declared for touch in case.contacts), *case.pairs):
         touch = rest.touches.get(contact.name)
         if touch is None or rest.reason is not None:

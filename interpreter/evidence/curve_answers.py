@@ -36,7 +36,7 @@ class CurveAnswer(ProbeAnswer):
         return self._of_curves(np.zeros_like(self._course(self)))
 
     def change(self, other: ProbeAnswer) -> float:
-        """The same as `apart`. Raises Unknown."""
+        """Return how much another solution may change the metric, by `apart`. Raises Unknown."""
         return self.apart(other)
 
     def apart(self, other: ProbeAnswer) -> float:

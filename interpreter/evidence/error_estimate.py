@@ -195,9 +195,9 @@ class Stated(Answer):
         return left + LEFT * relative * beyond  # the second is of second order, as what one step leaves
 
     def _reduction(self, seen: ProbeAnswer) -> tuple[float, float]:
-        """The largest displacement error that reduction makes, in the unit of what is seen, and relative.
+        """Return the largest displacement error of the model reduction, in the unit of the metric, and relative.
 
-        Zero for a model that reduces none. Raises Unknown.
+        Both are zero for a model without reduction. Raises Unknown.
         """
         if self.declared.thing.reduces is None:
             return 0.0, 0.0
@@ -215,9 +215,9 @@ class Stated(Answer):
         return displacement_of(self.mesh.mesh, step)
 
     def _time(self, seen: ProbeAnswer) -> float:
-        """The same with a step twice as long, or half as long where that is explicit or would not show a course.
+        """Error of the time step, from a step twice as long, or half as long if explicit or if twice is too coarse.
 
-        By the order of the integrator; where bodies meet and part, motions are not smooth, and it is one.
+        The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
         """
         analysis = self.case.analysis
         if not isinstance(analysis, Dynamic):
@@ -230,7 +230,7 @@ class Stated(Answer):
         return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
 
     def _of_modes(self, seen: ProbeAnswer) -> float:
-        """The error of the step in the vibrations that move what is seen, which two steps may agree on by chance."""
+        """Error of the time step in the vibrations at the probe, on which two steps may agree by chance."""
         from softmark.interpreter.evidence.time_step_errors import error_of
 
         found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
@@ -240,9 +240,9 @@ class Stated(Answer):
         return MODAL * (found.relative * seen.size if own is None else own)
 
     def _steps(self, seen: ProbeAnswer) -> float:
-        """Of what remembers, by half the step: histories are of second order, and 4/3 of the difference is left.
+        """Error of the time step with material memory: 4/3 of the difference to half the step, by second order.
 
-        Where that costs too much by a step twice as long, as if they were of first order.
+        If half the step costs too much, a step twice as long is used, as if the order were one.
         """
         try:
             return STEP * HALVED * self._stepped(seen, 0.5, "half of it")

@@ -80,7 +80,7 @@ TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
 
 
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
-    """Some cells of one material, deformed; `rules` as `checked_body` has them. Raises Unchecked."""
+    """Return some cells of one material, deformed; `rules` as in `checked_body`. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
         return _short(case, points, cells, kind, u, rules)
     material: Any = case.material

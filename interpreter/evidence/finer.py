@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 SHARE = 0.6  # of the memory that is left: what a finer space may take
 MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
-FACTORS = 1.8  # power of the unknowns that the cost of factors goes with, between those of plane meshes and of space
+FACTORS = 1.8  # exponent of the unknowns in the cost of factors, between those of meshes in 2D and in 3D
 FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
 
 
@@ -55,12 +55,12 @@ class Above:
 
     @cached_property
     def solution(self) -> Solution:
-        """Displacements, stress, and what acts at the nodes, as of any other solution."""
+        """Displacements, stress and nodal forces in the finer space, as for any other solution."""
         return told(self.static, self.case, self.state)
 
     @cached_property
     def missing(self) -> Mapping[str, float]:
-        """What part of each load on a surface its mesh may miss, by name."""
+        """Fraction of each surface load that the mesh of the finer space may miss, by name of the load."""
         from softmark.interpreter.problem.parts.resultants import resultants
 
         return {name: r.missing for name, r in resultants(self.case, self.static).items() if r.area is not None}
@@ -137,7 +137,7 @@ def found(
 
 
 def _must_be_worth(assembly: Assembly, solved: Moved, budget: Budget) -> None:
-    """Raises Overspent where factors of the finer space would cost more than is left: by the unknowns, to a power."""
+    """Raises Overspent if factorising the finer space, by a power of its unknowns, costs more than the budget left."""
     from softmark.solvers.statics.enriched import SMALL, is_direct
 
     if is_direct(assembly) and len(assembly.free) > SMALL:
@@ -190,7 +190,7 @@ class _Once:
 
 
 def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
-    """A state of a solid as a solution: displacements anywhere, stress, and what acts at its nodes."""
+    """Return the solution of a solid in a given state: displacements anywhere, stress and nodal forces."""
     from softmark.interpreter.models.answers.at_rest import at_rest
     from softmark.interpreter.models.shared.deformed import Deformed
 
@@ -204,10 +204,10 @@ def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
 def alike(
     scene: Scene, declared: Declared, case: Case, solved: Moved, tangent: Callable[[], Any], budget: Budget
 ) -> Solution:
-    """Another model on the mesh of `solved`, started from its state. Raises Unknown.
+    """Solve another model on the mesh of `solved`, starting from its state. Raises Unknown.
 
-    `tangent` gives the assembly of the model that was solved and a factor of its tangent: what is near is found with
-    that, and only what is not with tangents of its own.
+    `tangent` returns the assembly of the solved model and a factor of its tangent. That factor finds a nearby state;
+    only where it fails, Newton's method takes new tangents.
     """
     from softmark.interpreter.models.fem.build import at_rest
     from softmark.solvers.statics.enriched import StateLost, nearby
@@ -221,7 +221,7 @@ def alike(
         if own.dofs == static.problem.assembly.dofs and not case.contacts:
             return told(static, case, nearby(static.problem.assembly, u, known, budget.check))
     except (Unknown, StateLost):
-        pass  # another way is left
+        pass  # Newton's method below
     try:
         result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
     except NotConverged as error:

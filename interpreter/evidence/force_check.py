@@ -226,7 +226,7 @@ def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) ->
 
 
 def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning for all that should have been found again and was not, for whatever reason."""
+    """Yield a warning for each force or contact that could not be verified, for whatever reason."""
     if found.get("residual", 0.0) is None:
         yield _unchecked(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
     elif "reason" in (pressed := found.get("pressed", {})):

@@ -64,19 +64,19 @@ def density_of(case: Case) -> Any:
 
 # ------------------------------------------------------------------ integrals by another quadrature
 
-LOOKED_AT = (6, 4)  # cells of each material with points of their own, and others, that are integrated again
+LOOKED_AT = (6, 4)  # cells of each material that are integrated again: with points of their own, and others
 BOXES = 6  # along each direction of a cell, to begin with
-MOST = 20_000  # boxes of a cell: what they leave unresolved is allowed
+MOST = 20_000  # boxes of a cell; the error that they leave is allowed for
 ROUNDS = 40  # times that boxes are halved
 CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
-OFF = 5e-3  # of an integral: more than an element's own points may miss of it
+OFF = 5e-3  # of an integral: the error that the element's quadrature may have
 
 
 def integrated(case: Case, mesh: Moved, pressures: bool) -> tuple[dict[str, Any], str | None]:
-    """How far integrals of constants over some cells are from those by adaptive boxes; why that is too far.
+    """Compare integrals of constants over some cells with adaptive quadrature; return the deviation and any objection.
 
-    Boxes lie in the cube that each cell is a collapsed image of. The points that a model looked at tell where features
-    may be, and never what an integral is. Integrals are those of each constant, and of it times each local coordinate.
+    Adaptive boxes divide the cube that collapses to each cell. Points of the model only show where features may be, and
+    do not enter the integrals. Integrands are each constant, and each constant times each local coordinate.
     """
     worst, reason = 0.0, None
     for own, which in alone(case, mesh):
@@ -96,7 +96,7 @@ def integrated(case: Case, mesh: Moved, pressures: bool) -> tuple[dict[str, Any]
 
 
 def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, Callable[[Floats], Floats], Any]]:
-    """Constants by name, what tells functions of them (g, n) at points (n, 3), and how the model integrates them."""
+    """Yield the name of a constant, its integrands (g, n) at points (n, 3), and the quadrature that the model uses."""
     from softmark.interpreter.models.shared import graded
 
     material = case.material
@@ -120,7 +120,7 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
 
 
 def _volumes_off(seen: Any, mesh: Any) -> float:
-    """By how much volumes of points differ from those of their cells, relative, where cells have their own."""
+    """Return the largest relative error of cell volumes by quadrature, for cells with points of their own."""
     if seen.rule is None:
         return 0.0
     own = np.flatnonzero(seen.rule.special)
@@ -130,7 +130,7 @@ def _volumes_off(seen: Any, mesh: Any) -> float:
 
 
 def _chosen(seen: Any, count: int) -> Any:
-    """Numbers of some cells: with points of their own, and without."""
+    """Return the numbers of a random sample of cells, first of those with points of their own, then of the others."""
     own = np.zeros(count, dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(count)
     return np.concatenate(
@@ -139,7 +139,7 @@ def _chosen(seen: Any, count: int) -> Any:
 
 
 def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int) -> tuple[float, float]:
-    """By how much the integrals over a cell differ, relative to the size of the functions, and what they may."""
+    """Return the deviation of integrals over a cell, relative to the size of the integrands, and the allowed one."""
     corners, kind = mesh.points[mesh.cells[[cell]]], mesh.kind
     if seen.rule is None or not seen.rule.special[cell]:
         xi, w = seen.own
@@ -162,7 +162,7 @@ def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int)
 
 
 def _weighed(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
-    """Functions times the volume by which a cell is mapped (g, n), at local points xi (n, 3)."""
+    """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
     corners = mesh.points[mesh.cells[[cell]]]
     X = (solids.shape(mesh.kind, xi) @ corners)[0]
     found: Floats = rows(X) * solids.gradients(mesh.points, mesh.cells[[cell]], mesh.kind, xi)[1][0]
@@ -170,10 +170,10 @@ def _weighed(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats)
 
 
 def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
-    """Integrals over a reference cell of functions f (g, n), and of them times local coordinates: (4, g).
+    """Integrals (4, g) over a reference cell of functions f (g, n), and of f times each local coordinate.
 
-    Also what their error may be (g,): three Gauss points along each direction of a box less two. Boxes are halved until
-    all errors together are `close` (g,) and no value at local points `hints` (n, 3) lies beyond those in its box.
+    The second result is an error estimate (g,): three Gauss points per direction of a box less two. Boxes are halved
+    until the summed error is `close` (g,) and no value at local points `hints` (n, 3) is outside the range in its box.
     """
     grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     low, size = grid, np.full_like(grid, 1.0 / BOXES)
@@ -210,7 +210,7 @@ def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Flo
 
 
 def _owners(at: Floats, low: Floats, size: Floats) -> Any:
-    """The number of the box that each point (n, 3) of the cube lies in, -1 where that is none (n,)."""
+    """Return the number of the box that contains each point (n, 3) of the cube (n,); -1 where no box does."""
     from scipy.spatial import cKDTree
 
     if not len(at):
@@ -228,7 +228,7 @@ def _owners(at: Floats, low: Floats, size: Floats) -> Any:
 def _boxed(
     kind: str, f: Callable[[Floats], Floats], low: Floats, size: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """In boxes of the cube: values (g, n, 27), integrals (4, g, n), their error (g, n) and how f bends (n, 3)."""
+    """Return values (g, n, 27), integrals (4, g, n), errors (g, n) and the variation per axis (n, 3), in n boxes."""
 
     def at(many: int) -> tuple[Floats, Floats, Floats]:
         t, v = np.polynomial.legendre.leggauss(many)
@@ -252,7 +252,7 @@ def _boxed(
 
 
 def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
-    """Local points (n, 3) of points of the unit cube (n, 3), and the volumes by which it is mapped (n,)."""
+    """Map points of the unit cube (n, 3) to local points (n, 3); also return the Jacobian determinants (n,)."""
     a, b, c = cube.T
     if solids.square(kind):
         return 2.0 * cube - 1.0, np.full(len(cube), 8.0)
@@ -262,7 +262,7 @@ def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
 
 
 def in_cube(kind: str, xi: Floats) -> Floats:
-    """Points of the unit cube (n, 3) of local points (n, 3): the inverse of `collapsed`."""
+    """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `collapsed`."""
     x, y, z = xi.T
     if solids.square(kind):
         return 0.5 * (xi + 1.0)
@@ -276,10 +276,10 @@ def in_cube(kind: str, xi: Floats) -> Floats:
 
 
 def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
-    """The part of the stated error that comes of constants that vary within cells.
+    """Return the part of the stated error from constants that vary within cells.
 
-    Integrals over cells may be off: a stiffness that is off by a share in every cell moves an answer by that share at
-    most. And a body may be softer than its cells, by the bounds of layers behind one another, or stiffer than those
+    Integrals over cells may have errors: if every stiffness is off by at most a fraction, an answer is off by at most
+    that fraction. A body may also be softer than its cells, by the bounds of layers in series, or stiffer than those
     with pressures (stiffness_bounds.py).
     """
     from softmark.interpreter.models.shared.pieces import lost as of_mesh

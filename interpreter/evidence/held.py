@@ -45,10 +45,10 @@ def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
 
 
 def misplaced(case: Case, mesh: Moved) -> tuple[float, str | None]:
-    """The largest distance of held nodes from where supports ask for them, relative to the size; and of which support.
+    """Return the largest deviation of supported nodes from their prescribed motion, relative to the size; its support.
 
-    The motion is found again: a vector, or a turn by quaternions. Supports that follow measured points are left out.
-    The name is that of the support where more is left than rounding explains, and None otherwise.
+    The prescribed motion is computed again, as a vector or a rotation by quaternions. Supports that follow measured
+    points are left out. The support's name is None if rounding explains the deviation.
     """
     u, worst, name = np.asarray(mesh.displacement, dtype=np.float64), 0.0, None
     X = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points

@@ -55,7 +55,7 @@ def of_pairs(case: Case, mesh: Moved, u: Floats) -> dict[str, Floats]:
 
 
 def _pressed(pressing: Any, u: Floats) -> Floats:
-    """What a barrier does to the nodes (3 n,), N, from its samples: half of each surface, on both."""
+    """Nodal forces (3 n,), N, of a contact barrier, from samples of both surfaces, each with half its area."""
     from softmark.solvers.checks import sliding
 
     skin = pressing.skin
@@ -69,7 +69,7 @@ def _pressed(pressing: Any, u: Floats) -> Floats:
 
 
 def _glued(case: Case, tie: Any, pair: Any, mesh: Moved, u: Floats) -> Floats:
-    """What a tie does to the nodes (n, 3), N: springs from points of each surface straight across to the other."""
+    """Nodal forces (n, 3), N, of a tie: springs from points of one surface straight across to the other."""
     from softmark.interpreter.vocabulary.pairs import REACH
 
     swept = selected(tie.where, case, mesh.mesh)
@@ -115,7 +115,7 @@ def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: 
 
 
 def _local(corners: Floats, X: Floats) -> Floats:
-    """Local points (p, 2) of places X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss and Newton."""
+    """Local points (p, 2) of points X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss-Newton steps."""
     kind = corners.shape[1]
     xi = np.tile(solids.places(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):

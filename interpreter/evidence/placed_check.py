@@ -55,10 +55,10 @@ def _at_point(load: AtPoint, mesh: Moved) -> Floats:
 
 
 def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
-    """Nodes (n, a) of the cells that points X (n, 3), m, lie in, and shape functions there (n, a), by Newton's method.
+    """Nodes (n, a) of the cells that contain points X (n, 3), m, and shape functions (n, a) there, by Newton's method.
 
-    Of points beside their cell, where a mesh cuts a curved surface short, the linear continuation is taken as it is.
-    Raises Unchecked where shape functions do not add up to the point.
+    Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`.
+    Raises Unchecked if the shape functions do not reproduce the point.
     """
     place = locate(mesh, X)
     corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()

@@ -105,12 +105,12 @@ class ProbeAnswer:
 
     @property
     def tensors_at_one(self) -> bool:
-        """Whether it is a number of stress or strain at one point, at the end."""
+        """Return whether the metric is a stress or strain at one point, at the end."""
         plain = isinstance(self.metric, OfTensors) and self.metric.measured_from is None
         return plain and len(self.X) == 1 and self.times is None
 
     def around(self, X: Floats, other: Solution) -> float:
-        """How far its number of stress or strain is from another solution's at points X (n, 3), in the mean square."""
+        """Root mean square of the difference in stress or strain to another solution at points X (n, 3)."""
         metric: Any = self.metric
         if self.stress is None or other.stress is None:
             raise Unknown(NO_ERROR)
@@ -216,9 +216,9 @@ class ProbeAnswer:
         return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
 
     def change(self, other: ProbeAnswer) -> float:
-        """How much the number itself changes from one of two nested solutions to the other, in the metric's unit.
+        """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
 
-        Of forces and tensors that number alone: `apart` is for solutions that may agree in it by chance. Raises
+        For forces and tensors only that value counts: `apart` is for solutions that may agree in it by chance. Raises
         Unknown.
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
@@ -240,7 +240,7 @@ class ProbeAnswer:
 
     @property
     def place(self) -> ProbePlace:
-        """The probe as metrics of tensors see it."""
+        """Probe of the metric: points, triangles, weights and domain."""
         name, view = "" if self.metric is None else self.metric.looked_at or "", self.view
         weights, domain = (None, None) if view is None else (view.weights.get(name), view.domains.get(name))
         return ProbePlace(self.X, None if self.probe is None else self.probe.triangles, weights, domain)

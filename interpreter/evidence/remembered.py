@@ -40,7 +40,7 @@ def _measure(material: Any, strain: str) -> Measure:
 
 
 def _part(material: Any, strain: str) -> solids.Stress:
-    """The stress that relaxes: Hooke's law, or at finite strain differences of the energy density. Raises Unchecked."""
+    """Return the stress that relaxes: Hooke's law, or differences of the energy at finite strain. Raises Unchecked."""
     E, nu = material.young, material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), 0.0 if nu == 0.5 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     if strain != "finite":

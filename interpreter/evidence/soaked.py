@@ -54,7 +54,7 @@ def fluid_of(case: Case, mesh: Moved, u: Floats, small: bool) -> tuple[Floats, f
 
 
 def _not_as_asked(case: Case, mesh: Moved) -> float:
-    """How far pressures of the fluid are from those that supports impose, Pa: a norm over nodes, 0 within rounding."""
+    """Error of the fluid pressures that supports prescribe, Pa: a norm over nodes, 0 within rounding."""
     p, found = np.zeros(len(mesh.points)), 0.0
     pressures = -np.asarray(mesh.pressures)
     p[mesh.cells[:, : pressures.shape[1]]] = pressures

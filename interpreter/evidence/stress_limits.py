@@ -57,7 +57,7 @@ def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -
 
 
 def settled(answer: Answer, seen: ProbeAnswer, voucher: Voucher) -> float:
-    """The error of the mesh in a metric of stress or strain. Raises Unknown where there is no limit, or seems to be.
+    """Return the mesh error of a stress or strain metric. Raises Unknown if there is no limit, or seems to be none.
 
     In a corner that turns inward, stresses of the cells around a point differ by more on every finer mesh, as the
     stress itself grows; where it has a limit they come to agree, however coarse the mesh is.

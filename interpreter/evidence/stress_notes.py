@@ -126,13 +126,13 @@ def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnost
 
 
 def place_of_metric(metric: OfTensors, view: View) -> ProbePlace:
-    """The probe of a metric, as a model sees it."""
+    """Return the probe of a metric in the view of a model."""
     probe, name = view.probes[metric.probe], metric.probe
     return ProbePlace(probe.points, probe.triangles, view.weights.get(name), view.domains.get(name))
 
 
 def _of_sides(metric: OfTensors, details: Mapping[str, Any]) -> str:
-    """What a number is made of at points that have two values."""
+    """Return how a metric combines the two values at points on an interface, as text."""
     if metric.over == "mean":
         return "there the mean counts half of each side; move the probe to one side of the interface"
     values = next((value for name, value in details.items() if name.startswith("sides_")), None)
@@ -144,7 +144,7 @@ def _of_sides(metric: OfTensors, details: Mapping[str, Any]) -> str:
 
 
 def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Diagnostic]:
-    """A warning where the stress at the surface contradicts the traction that acts there."""
+    """Yield a warning if the stress at the surface contradicts the applied traction."""
     found = mismatch_of(metric.thing, view)
     if found is None or view.stress is None:
         return
@@ -167,7 +167,7 @@ def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Di
 
 
 def mismatch_of(metric: OfTensors, view: View) -> TractionMismatch | None:
-    """How the stress of a model contradicts what acts on the surface where a metric looks."""
+    """Return the mismatch of a model's surface stress and the applied traction at a metric's probe, or None."""
     from softmark.interpreter.evidence.surface_stress import mismatch  # which beams have no need of
 
     try:

@@ -1,7 +1,7 @@
-"""Comparison of the stress at the surface of a body with the traction that acts there.
+"""Comparison of the stress at the surface of a body with the applied traction.
 
-Equilibrium says what sigma n is on every face: the applied traction on a loaded face, zero on a free one. A mesh that
-is coarser than a loaded patch misses it, and a finer space over the same cells may miss it alike. Components in which a
+Equilibrium fixes sigma n on every face: the applied traction on a loaded face, zero on a free one. A mesh that is
+coarser than a loaded patch misses it, and a finer space over the same cells may miss it as well. Components in which a
 support holds the point, faces on foundations or in contact, moments on faces, and places where a load begins or ends
 are left out, since the traction is not known there or has two values.
 """
@@ -42,22 +42,22 @@ if TYPE_CHECKING:
 
 AT = 1e-9  # a shape function below it is zero
 SMOOTH = 0.7  # cosine: facets that meet at a smaller angle are one smooth face
-BESIDE = 1e-4  # of the way to a corner of a facet: where it is asked whether a load acts beside a point
+BESIDE = 1e-4  # of the way to a corner of a facet: the distance at which loads beside a point are looked up
 FACES = 3  # facets of different normals at one point: those of a corner
-SAME = 1e-6  # of tractions: what is less is no difference
-ROUNDS = 20  # of corrections at edges and corners, where several faces count
-NEAREST = 12  # facets among which the one nearest to a point outside the mesh is looked for
+SAME = 1e-6  # of tractions: smaller differences are rounding
+ROUNDS = 20  # of corrections at edges and corners, where several faces have tractions
+NEAREST = 12  # candidate facets for the one nearest to a point outside the mesh
 UNKNOWN = (Turning,)  # actions on a face whose traction is not given at a point
 INSIDE = (PerMass, AtPoint, PerLength)  # actions that are no traction
 
 
 @dataclass(frozen=True)
 class TractionMismatch:
-    """The stress of a model at the surface, where it contradicts the traction there most.
+    """Largest mismatch between the stress of a model at the surface and the applied traction.
 
-    `error` is by how much a metric may be off for it, in the metric's unit; `at` (3,) the place, m; `found` and
-    `applied`, Pa, what the stress makes of the traction and what acts, along the normal or, where `along` is false,
-    across it. `loads` are the names of what acts there.
+    `error` is the possible error of the metric, in its unit; `at` (3,) the place, m; `found` and `applied`, Pa, the
+    traction of the stress and the applied traction: normal components or, where `along` is false, tangential ones.
+    `loads` are the names of the loads there.
     """
 
     error: float
@@ -70,10 +70,10 @@ class TractionMismatch:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Faces at points (n,) of a surface, at most FACES each, with what is known of the traction on each.
+    """Faces at points (n,) of a surface, at most FACES each, with the known part of their tractions.
 
     `normals` (n, f, 3), zero where there is no such face; `tractions` (n, f, 3), Pa, per undeformed area, and
-    `pressures` (n, f), Pa, of what follows the surface; `free` (n, f, 3) the components that nothing holds.
+    `pressures` (n, f), Pa, of following loads; `free` (n, f, 3), the components without support or contact.
     """
 
     normals: Floats
@@ -86,7 +86,7 @@ class Boundary:
 def mismatch(
     metric: OfTensors, case: Case, place: ProbePlace, stress: Any, at_rest: Any = None
 ) -> TractionMismatch | None:
-    """How a metric's stress contradicts what acts on the surface at its points; None where nothing is known there."""
+    """Return the mismatch of a metric's stress and the applied traction at its points; None if no traction is known."""
     if metric.measured_from is not None or isinstance(case.analysis, Dynamic) or case.pairs or case.beds:
         return None
     if not isinstance(stress, Stresses) or stress.state.mesh.facets is None:
@@ -131,7 +131,7 @@ def mismatch(
 
 
 def _with_patches(metric: OfTensors, case: Case, mesh: Mesh, place: ProbePlace, samples: ProbeSamples) -> ProbeSamples:
-    """The sample points of a surface or a volume, and one more on every part of a facet that a load acts on."""
+    """Return the samples of a surface or a volume, with one more point on every part of a facet that a load acts on."""
     domain = place.domain
     if metric.over == "mean" or domain is None or domain.nodes == "none":
         return samples
@@ -158,7 +158,7 @@ _KNOWN = (PerArea, Tensile, Follower, *INSIDE, *UNKNOWN)
 
 
 def _strained(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
-    """What a change of stress (n, 6), Pa, does to the gradient (n, 9), by Hooke's law with the moduli at rest."""
+    """Change of the displacement gradient (n, 9) for one of stress (n, 6), Pa, by Hooke's law with moduli at rest."""
     found = np.zeros((len(change), 9))
     for number in np.unique(materials).tolist():
         material = case.typical[number] if number < len(case.typical) else case.typical[0]
@@ -174,7 +174,7 @@ def _strained(case: Case, materials: Ints, change: Floats, stress: Stresses) -> 
 
 
 def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
-    """Pairs of a point X (n, 3), m, and a boundary facet that it lies on (p,), and outward normals there (p, 3)."""
+    """Return pairs of a point X (n, 3), m, and a boundary facet that contains it (p,), and outward normals (p, 3)."""
     from scipy import sparse
 
     facets = mesh.facets
@@ -212,7 +212,7 @@ def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
 
 
 def _interpolated(own: Ints, normals: Floats, points: Ints, rows: Ints, nodes: Ints, N: Floats) -> Floats:
-    """Normals (p, 3) at points on facets from those at the nodes of the facets (f, a, 3)."""
+    """Interpolate the normals at the nodes of facets (f, a, 3) to points on the facets (p, 3)."""
     same = own[rows][:, :, None] == nodes[points][:, None, :]  # (p, a, b)
     share = np.where(same, N[points][:, None, :], 0.0).sum(axis=2)
     found: Floats = np.einsum("pa,pai->pi", share, normals[rows])
@@ -220,7 +220,7 @@ def _interpolated(own: Ints, normals: Floats, points: Ints, rows: Ints, nodes: I
 
 
 def _smooth_normals(mesh: Mesh, own: Ints) -> Floats:
-    """Unit normals of facets at their nodes (f, a, 3): means over the facets around a node that are smooth there."""
+    """Unit normals of facets at their nodes (f, a, 3): means over the facets that meet smoothly at a node."""
     own_normals = facet_normals(mesh, own)
     flat, node = own_normals.reshape(-1, 3), own.ravel()
     order = np.argsort(node, kind="stable")
@@ -237,7 +237,7 @@ def _smooth_normals(mesh: Mesh, own: Ints) -> Floats:
 
 
 def _nearest(mesh: Mesh, own: Ints, X: Floats) -> tuple[Ints, Floats]:
-    """The facet nearest to each point X (n, 3), m, beyond a mesh (n,), and shares (n, a) of its nodes there."""
+    """Return the facet nearest to each point X (n, 3), m, outside a mesh (n,), and weights of its nodes (n, a)."""
     from scipy.spatial import cKDTree
 
     corners = mesh.element.facet.corners
@@ -260,7 +260,7 @@ def _nearest(mesh: Mesh, own: Ints, X: Floats) -> tuple[Ints, Floats]:
 def _boundary(
     case: Case, mesh: Mesh, X: Floats, chosen: Ints, pairs: tuple[Ints, Ints, Floats], at_rest: Any
 ) -> Boundary:
-    """What is known of the faces at the chosen points (n,) of X."""
+    """Return normals, tractions and free components of the faces at the chosen points (n,) of X."""
     points, facets, normals = pairs
     n = len(chosen)
     found = Boundary(np.zeros((n, FACES, 3)), np.zeros((n, FACES, 3)), np.zeros((n, FACES)),
@@ -286,7 +286,7 @@ def _boundary(
         if doubtful[i]:
             continue
         k = _slot(found, i, int(filled[i]), normal, total, pressure)
-        if k is None:  # of a smooth face it is known already, or contradicts what is known
+        if k is None:  # the face is known already, or its traction contradicts the known one
             continue
         filled[i] = k + 1
         found.normals[i, k], found.tractions[i, k], found.pressures[i, k] = normal, total, pressure
@@ -297,7 +297,7 @@ def _boundary(
 
 
 def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, pressure: float) -> int | None:
-    """Where a face of a point belongs; None where it is there already, or there are too many."""
+    """Return the slot for a new face of a point; None if the face is known already, or if no slot is left."""
     for k in range(filled):
         if found.normals[i, k] @ normal > 0.99:
             if not np.allclose(found.tractions[i, k], total) or found.pressures[i, k] != pressure:
@@ -307,7 +307,7 @@ def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, p
 
 
 def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
-    """Which components supports hold at points X (n, 3), m, or at nodes of the facets there (n, 3)."""
+    """Return the components that supports hold at points X (n, 3), m, or at nodes of the facets there (n, 3)."""
     held = held_directions(case, mesh)
     where = locate(mesh, X)
     near = np.abs(where.N) > AT
@@ -316,7 +316,7 @@ def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
 
 
 def _touching(at_rest: Any, X: Floats) -> Bools:
-    """Which points X (n, 3), m, something in contact presses on (n,)."""
+    """Return the points X (n, 3), m, on which a contact presses (n,)."""
     found = np.zeros(len(X), dtype=np.bool_)
     for touch in getattr(at_rest, "touches", {}).values():
         field = getattr(touch, "field", None)
@@ -336,7 +336,7 @@ class _Acting:
         self._parts = {self._number[tuple(sorted(row))] for row in np.unique(part.touched, axis=0).tolist()}
 
     def at(self, X: Floats, facet: int) -> bool | None:
-        """Whether it acts on a facet at a point X (3,), m; None where that is not known, or at its border."""
+        """Return whether the load acts on a facet at X (3,), m; None if that is unknown, or at the load's border."""
         if isinstance(self.action, UNKNOWN):
             return None if facet in self._parts else False
         if facet in self._whole:
@@ -352,7 +352,7 @@ class _Acting:
         return None if held.any() != held.all() else bool(held.all())
 
     def traction(self, normal: Floats) -> tuple[Floats, float]:
-        """Its traction per undeformed area (3,), Pa, on a face with this outward normal, and its following pressure."""
+        """Return the traction per undeformed area (3,), Pa, on a face with this normal, and follower pressure, Pa."""
         match self.action:
             case PerArea(traction=t):
                 return np.array(t), 0.0
@@ -362,7 +362,7 @@ class _Acting:
 
 
 def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
-    """Stresses (n, 6), Pa, changed least so that they meet the tractions, and a function that shows a mismatch."""
+    """Return the nearest stresses (n, 6), Pa, that satisfy the tractions, and a function that describes a mismatch."""
     S, normals = tensors.cauchy.copy(), known.normals
     n, wanted = normals.copy(), known.tractions - known.pressures[:, :, None] * normals
     if not tensors.small:
@@ -385,7 +385,7 @@ def _corrected(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
 
 
 def _conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
-    """Which points (n,) lie on edges where no symmetric stress has both tractions: sheared beside free faces."""
+    """Return the points (n,) on edges where no symmetric stress has both tractions, as a sheared beside a free face."""
     found = np.zeros(len(n), dtype=np.bool_)
     size = np.linalg.norm(wanted, axis=2).max(axis=1, initial=0.0)
     for a in range(FACES):
@@ -399,7 +399,7 @@ def _conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
 def _worst(
     cauchy: Floats, n: Floats, wanted: Floats, r: Floats, loads: Sequence[tuple[str, ...]], i: int
 ) -> tuple[float, float, bool, tuple[str, ...]]:
-    """The traction of the stress at a point, the applied one, Pa, whether along the normal, and the loads there."""
+    """Return the traction of the stress and the applied one, Pa, whether both are normal, and the loads, at a point."""
     f = int(np.linalg.norm(r[i], axis=1).argmax())
     found, normal = cauchy[i] @ n[i, f], n[i, f]
     along = abs(float(r[i, f] @ normal)) > 0.7 * float(np.linalg.norm(r[i, f]))

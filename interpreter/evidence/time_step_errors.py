@@ -1,4 +1,4 @@
-"""Error that the time step makes in what the metrics of a scene ask for.
+"""Error of the time step in the metrics of a scene.
 
 Every metric is judged by the vibrations that move its own points in its own direction (solvers/dynamics/step_error.py),
 not by the slowest vibration of the body.
@@ -40,7 +40,7 @@ class MetricError:
 
 
 def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> MetricError | None:
-    """The estimated error of the time step in a metric, or in the motion of a probe; None where it is not known."""
+    """Return the estimated time-step error of a metric, or of the motion of a probe; None if it is not known."""
     if view.step_errors is None or (found := view.step_errors()) is None:
         return None
     modes = found.modes
@@ -61,7 +61,7 @@ def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> Me
 
 
 def _compared(u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: Any, at_end: bool) -> MetricError | None:
-    """The error (t, ...) beside the linear `motion` and the motion u that was found, each over its own times."""
+    """Return the error of the computed motion u from the `error` (t, ...) of the linear `motion`, over their times."""
     own, swing = _largest(motion), _largest(u)
     if own <= UNSEEN * swing or swing == 0.0:
         return None
@@ -82,7 +82,7 @@ def _component(u: Floats, along: tuple[float, float, float] | None) -> Floats:
 
 
 def _largest(u: Floats) -> float:
-    """The largest norm over all times of what moves (t, ...)."""
+    """Return the largest norm over all times of a motion u (t, ...)."""
     return float(np.sqrt((u.reshape(len(u), -1) ** 2).sum(axis=1)).max(initial=0.0))
 
 
@@ -94,7 +94,7 @@ def _period(frequencies: Floats, shares: Floats) -> float:
 
 
 def step_doubts(scene: Scene, declared: Declared, view: View, notes: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
-    """A warning where the time step of a model is too long for what metrics ask for."""
+    """Return a warning if the time step of a model is too long for the metrics."""
     analysis = view.case.analysis
     if not isinstance(analysis, Dynamic) or view.step_errors is None or any(n.code == RESOLVED for n in notes):
         return ()
@@ -119,7 +119,7 @@ def step_doubts(scene: Scene, declared: Declared, view: View, notes: tuple[Diagn
 
 
 def _errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
-    """The errors of all metrics that look at the body of a view, or of its probes where there are none."""
+    """Return the errors of all metrics of the body of a view, or of its probes if there are none."""
     metrics = scene.of_kind("metric")
     for name, metric in metrics.items():
         if metric.thing.body_in(scene) not in (None, view.body):

@@ -72,7 +72,7 @@ class ToneAnswer(ProbeAnswer):
         return replace(self, vibrations=solution.vibrations)
 
     def change(self, other: ProbeAnswer) -> float:
-        """The same as `apart`, Hz. Raises Unknown."""
+        """Return the difference to the frequency of another solution, Hz, by `apart`. Raises Unknown."""
         return self.apart(other)
 
     def apart(self, other: ProbeAnswer) -> float:

@@ -1,4 +1,4 @@
-"""Points at which a metric of stress or strain looks at a probe: integration points of a mean, or those of an extreme.
+"""Sample points of a probe for metrics of stress or strain: integration points for a mean, or points for an extreme.
 
 The mean over a line is the integral over the line divided by its length, by Gauss points on pieces that end where the
 material changes and are no longer than half a cell. The mean over a surface is that over its triangles, which are cut
@@ -23,17 +23,17 @@ else:
     from softmark.solvers.base.deferred import np
 
 GAUSS = 3  # points on a piece of a line: exact for polynomials of degree five
-PIECES = 2000  # of a line at most, besides those between crossings
+PIECES = 2000  # of a line at most, not counting cuts at crossings
 SHORT = 0.5  # of the size of a cell: the length of a piece
-EVEN = 1e-9  # relative: steps between points that are one line
+EVEN = 1e-9  # relative: differences between steps of evenly spaced points
 Over = Literal["largest", "mean"]
 
 
 @dataclass(frozen=True)
 class ProbeSamples:
-    """Points X (n, 3), m, and the share (n,) that each has in a mean; the shares add up to 1.
+    """Points X (n, 3), m, and their weights (n,) in a mean, which add up to 1.
 
-    `materials` are the numbers of those inside of a surface or a volume: on its border only their sides belong to it.
+    `materials` are the numbers of those inside a surface or a volume: on its border only their sides belong to it.
     """
 
     X: Floats
@@ -41,14 +41,14 @@ class ProbeSamples:
     materials: Ints | None = None
 
     def sides(self, field: Stresses) -> Sides:
-        """Tensors of a field at the points, of each side that belongs to the probe."""
+        """Return the tensors of a field at the points, on each side that belongs to the probe."""
         found = field.sides(self.X)
         return found if self.materials is None else found.only(self.materials)
 
 
 @dataclass(frozen=True)
 class ProbePlace:
-    """A probe as metrics of tensors see it: its points X (n, 3), m, its triangles or weights, and its domain."""
+    """Probe of a stress or strain metric: points X (n, 3), m, triangles or weights, and domain."""
 
     X: Floats
     triangles: Ints | None = None
@@ -56,7 +56,7 @@ class ProbePlace:
     domain: ProbeDomain | None = None
 
     def sampled(self, over: Over, field: Stresses, number: Number | None = None) -> ProbeSamples:
-        """The points at which a field is looked at; those of an extreme of a `number` have nodes of the mesh too."""
+        """Return the samples for a field; for the largest value of a `number` they include nodes of the mesh."""
         domain = self.domain or ProbeDomain()
         if over == "largest":
             X = self._extremes(domain, field, number)
@@ -80,7 +80,7 @@ class ProbePlace:
         return np.concatenate([self.X, self.domain.border])
 
     def _materials(self, domain: ProbeDomain, field: Stresses) -> Ints | None:
-        """The numbers of the materials inside of a surface or a volume; None where the field has one only."""
+        """Return the material numbers inside a surface or a volume; None if the field has only one material."""
         inner = self.X if self.weights is not None else domain.points
         if domain.border is None or inner is None or len(getattr(field, "each", ())) < 2:
             return None
@@ -88,7 +88,7 @@ class ProbePlace:
         return found
 
     def _extremes(self, domain: ProbeDomain, field: Stresses, number: Number | None) -> Floats:
-        """The points (n, 3), m, at which the largest value is looked for."""
+        """Return the points (n, 3), m, among which the largest value is taken."""
         found = [self.X]
         if domain.border is not None:
             found.append(domain.border)
@@ -101,7 +101,7 @@ class ProbePlace:
 
 
 def _along(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSamples:
-    """Gauss points on the pieces of a line, which has so many points of its own."""
+    """Return Gauss points on the pieces of a line with that many `points` of its own."""
     begin, end = ends
     length = float(np.linalg.norm(end - begin))
     if length == 0.0:
@@ -116,9 +116,9 @@ def _along(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSa
 
 
 def paired(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides, Tensors]:
-    """Tensors of one field by sides at sample points, and of the other for each of these.
+    """Return the tensors of one field on each side at sample points, and those of the other field on the same sides.
 
-    Where the two do not know the same materials at the same points, both are the means of their sides.
+    If the two fields have different materials at the same points, both are averaged over their sides.
     """
     own, theirs = samples.sides(one), samples.sides(other)
     if np.array_equal(own.rows, theirs.rows) and np.array_equal(own.materials, theirs.materials):
@@ -131,10 +131,10 @@ def paired(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides
 
 
 def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
-    """What each of points X (n, 3) counts in a mean (n,), of sum 1.
+    """Return the weight of each point X (n, 3) in a mean (n,); the weights add up to 1.
 
-    The volume or the area that it stands for, by `weights` (n,) or `triangles` (k, 3); else each alike, but the ends of
-    evenly spaced points on a straight line half (trapezoidal rule).
+    A weight is the volume or the area of a point, by `weights` (n,) or `triangles` (k, 3). Without these all are equal,
+    except that the ends of evenly spaced points on a straight line count half (trapezoidal rule).
     """
     if weights is not None:
         told: Floats = weights / weights.sum()
@@ -148,7 +148,7 @@ def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floa
 
 
 def _evenly(X: Floats) -> Floats:
-    """The share of each of points (n, 3) that stand for no area (n,)."""
+    """Return the weights (n,) of points (n, 3) without areas, which add up to 1."""
     count = len(X)
     w: Floats = np.ones(count)
     steps = np.diff(X, axis=0)

@@ -58,5 +58,5 @@ class StrainEnergy(OfForces):
 
 
 def _wrench(reaction: Reaction, extent: float) -> Floats:
-    """The force of a reaction and its moment over the `extent` of the body, N (2, 3): forces of a twist are nothing."""
+    """Force of a reaction, N, and its moment over the `extent` of the body, N (2, 3): a pure twist has no force."""
     return np.array([reaction.force, np.asarray(reaction.own_moment) / (extent or 1.0)])

@@ -53,7 +53,7 @@ class OfTensors(Metric):
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
     def apart(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
-        """How far two fields are apart at sample points, in the metric's unit: by all of the tensor.
+        """Return the distance of two fields at sample points, in the metric's unit, by the norm of the whole tensor.
 
         One component may agree by chance. The norm of the difference bounds that of every component and principal value
         (Weyl 1912), and that of von Mises' stress with sqrt(3/2). How far each is from what is `right` changes by no
@@ -131,14 +131,14 @@ class OfTensors(Metric):
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
     def _two_valued(self, field: Stresses, sides: Sides, samples: ProbeSamples, seen: Seen) -> int:
-        """How many points have two values: of a mean none where they take no part in the integral."""
+        """Return the number of points with two values; for a mean, 0 if they have no weight in the integral."""
         if self.over == "largest":
             return int(field.shared(seen.X))
         part = float(sides.per_row(samples.shares)[sides.two_valued].sum())
         return round(part * len(seen.X)) or int(part > 0.0)
 
     def _compared(self, field: Stresses, place: ProbePlace, seen: Seen) -> Measurement:
-        """How far the values are from those of the model that is taken as right, at the same points."""
+        """Measure the difference to the values of the reference model, at the same points."""
         samples = self.samples(place, field)
         try:
             right = field_of(None if seen.known is None else seen.known.stress)
@@ -163,7 +163,7 @@ class OfTensors(Metric):
         return values
 
     def reduced(self, values: Floats, shares: Floats) -> tuple[int, float]:
-        """The row of the greatest magnitude, and the value there or the mean."""
+        """Return the row of the largest magnitude, and the value there or the mean."""
         row = int(np.abs(values).argmax())
         return row, float(values[row] if self.over == "largest" else shares @ values)
 

@@ -194,7 +194,7 @@ class Case:
 
 
 def porous(material: Any) -> bool:
-    """Whether fluid seeps through a material; of muscle, at rest, and of a plate, through what it is made of."""
+    """Return whether fluid seeps through a material: the passive one of a muscle, the solid of a plate."""
     if getattr(material, "thin", False):
         return porous(material.of)
     if getattr(material, "permeability", None) is not None:

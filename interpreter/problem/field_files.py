@@ -46,7 +46,7 @@ class Image:
         return self._at(np.clip(self._places(X), 0.0, np.array(self.numbers.shape) - 1))
 
     def _at(self, at: Floats) -> Floats:
-        """At indices with fractions (n, 3) within the image (n,)."""
+        """Interpolate linearly along each axis at fractional indices (n, 3) within the image (n,)."""
         low = np.minimum(at.astype(np.int64), np.array(self.numbers.shape) - 2)
         (i, j, k), (r, s, t) = low.T, (at - low).T
         found = np.zeros(len(at))
@@ -60,9 +60,9 @@ class Image:
         return VoxelBounds(self.numbers, self.numbers)
 
     def bounds(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-        """Least and largest values (n,) over boxes from low to high (n, 3), m: of all voxels that reach into a box.
+        """Return the least and largest values (n,) in boxes from low to high (n, 3), m, over all overlapping voxels.
 
-        Between the centres of neighbours values are linear along each axis: in small boxes those at corners tell.
+        Small boxes use the values at corners, since values between neighbouring centres are linear along each axis.
         """
         middle, reach = self._places(0.5 * (low + high)), 0.5 * (high - low) @ np.abs(self.inverse).T
         last = np.array(self.numbers.shape) - 1
@@ -125,9 +125,9 @@ class OnMesh:
         return VoxelBounds(down[tuple(near)], up[tuple(near)]), corner, edge
 
     def bounds(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-        """Least and largest values (n,) over boxes from low to high (n, 3), m: of all cells that are near a box.
+        """Return the least and largest values (n,) in boxes from low to high (n, 3), m, over all cells near a box.
 
-        Infinite for boxes smaller than half a block, of which the blocks tell nothing: their own points do.
+        Bounds are infinite for boxes smaller than half a block, which the blocks do not resolve.
         """
         known, corner, edge = self._bounds
         last = np.array(known.low.shape) - 1
@@ -151,7 +151,7 @@ def reading(field: Field, X: Floats) -> Floats:
 
 
 def bounds(field: Field, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Least and largest values (n,), SI, of a field over boxes from low to high (n, 3), m. Raises Unreadable."""
+    """Return least and largest values (n,), SI, of a field in boxes from low to high (n, 3), m. Raises Unreadable."""
     least, most = loaded(field).bounds(low, high)
     ends = field.unit.value * least, field.unit.value * most
     return np.minimum(*ends), np.maximum(*ends)

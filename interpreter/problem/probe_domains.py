@@ -23,7 +23,7 @@ else:
 
 @dataclass(frozen=True)
 class ProbeDomain:
-    """The line, surface or volume that a probe looks at.
+    """Line, surface or volume of a probe.
 
     `ends` are those of a line, m. `points` (q, 3), m, and `weights` (q,), m^2, integrate over a surface of several
     materials; each lies inside one material. `border` (b, 3), m, are points at which extremes are looked for besides
@@ -39,7 +39,7 @@ class ProbeDomain:
     extent: float = 0.0
 
     def holds(self, X: Floats) -> Bools:
-        """Which points X (n, 3), m, its condition selects (n,)."""
+        """Return the points X (n, 3), m, that satisfy the condition of the domain (n,)."""
         if self.where is None:
             return np.ones(len(X), dtype=np.bool_)
         return np.array(

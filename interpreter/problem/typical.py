@@ -47,7 +47,7 @@ def typical(material: Any, shape: Any) -> Any:
 
 
 def _of_all_laws(material: Any) -> dict[str, Profile]:
-    """Constants that vary in space, of a material and of the laws that it is made around, by their names.
+    """Return the varying constants of a material and of the laws within it, by name.
 
     Laws of muscle may not vary. That is an error of its own (E367), and other checks must not fail because of it.
     """

@@ -1,8 +1,8 @@
 """Authentication of results that a later run takes over: HMAC-SHA-256 with a key that only this user can read.
 
-A folder of somebody else's may hold results as a run of this user would have left them, and decide what the next run
-reports. What does not carry the user's own code is computed again. The key lies in the user's cache folder and nowhere
-else; without such a folder a process only trusts what it wrote itself. Source: RFC 2104.
+A folder of somebody else's may hold results that look like those of this user, and decide what the next run reports.
+Results without the user's own code are computed again. The key lies in the user's cache folder and nowhere else;
+without such a folder a process trusts only what it wrote itself. Source: RFC 2104.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SIZE = 32  # bytes of the key
 
 
 def code_of(purpose: str, data: bytes) -> str:
-    """Return the authentication code of data for a purpose, as hexadecimal digits; the key is made if need be."""
+    """Return the authentication code of data for a purpose, as hexadecimal digits; the key is created if missing."""
     return _code(_key() or _make_key() or _unkept_key(), purpose, data)
 
 
@@ -45,7 +45,7 @@ def key_file() -> Path | None:
 
 
 def _key() -> bytes | None:
-    """Return the key, if it is a file of this user's that nobody else may read or write."""
+    """Return the key, if its file belongs to this user and nobody else may read or write it."""
     file = key_file()
     flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if file is None:
@@ -64,7 +64,7 @@ def _key() -> bytes | None:
 
 
 def _make_key() -> bytes | None:
-    """Make a key and return it, or the one that another process made at the same time; None where none can be kept."""
+    """Create a key and return it, or the one that another process made at the same time; None if none can be kept."""
     file = key_file()
     if file is None:
         return None

@@ -1,6 +1,6 @@
-"""Files that are there whole or not at all, and that no symbolic link leads elsewhere.
+"""Atomic writing of files, never through a symbolic link.
 
-Every file that a command leaves is written under another name in its folder and renamed: nobody sees half a file, and
+Every file that a command leaves is written under another name in its folder and renamed: nobody reads half a file, and
 a link in a folder of somebody else's is replaced, while the file that it leads to stays as it is.
 """
 
@@ -16,14 +16,14 @@ parts: set[str] = set()  # files that are being written under another name: an e
 
 
 def replace(path: Path, content: str | bytes) -> Path:
-    """Write a file, whatever its name was before: a file, a link, a pipe. Raises OSError."""
+    """Write a file in place of whatever has its name: a file, a link or a pipe. Raises OSError."""
     with replacing(path) as part:
         part.write_bytes(_encoded(content))
     return path
 
 
 def write_named(path: Path, content: str | bytes) -> Path:
-    """Write where the command line says: a device or a pipe, such as /dev/stdout, as it is. Raises OSError."""
+    """Write to a path of the command line; a device or a pipe, such as /dev/stdout, is written to. Raises OSError."""
     if path.exists() and not path.is_file():
         path.write_bytes(_encoded(content))
         return path
@@ -32,7 +32,7 @@ def write_named(path: Path, content: str | bytes) -> Path:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give another name with the same ending to write to; it takes the place of the file at the end. Raises OSError."""
+    """Yield a temporary path with the same ending, which replaces the file when the block ends. Raises OSError."""
     handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     parts.add(temporary)
@@ -48,7 +48,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def folder_within(folder: Path, *inner: str) -> Path:
-    """Make a folder below another, none of which on the way may be a symbolic link. Raises OSError."""
+    """Create a folder below another; no folder in between may be a symbolic link. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in inner:
         folder = folder / name
@@ -58,7 +58,7 @@ def folder_within(folder: Path, *inner: str) -> Path:
 
 
 def refuse_link(path: Path) -> None:
-    """Raises OSError where a path is a symbolic link, through which something else would be written."""
+    """Raises OSError if a path is a symbolic link, since writing would change another file."""
     if path.is_symlink():
         raise OSError(None, f"{path} is a symbolic link")
 

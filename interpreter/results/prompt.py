@@ -29,7 +29,7 @@ def _ends(noun: str, results: Mapping[str, Any]) -> list[str]:
 
 
 def _ended(result: Any) -> str:
-    """The status, and that cells are inside out where some are."""
+    """Return the status of a result, as text, and whether cells are inverted."""
     return f"{result.status} with cells inside out" if getattr(result, "inverted", 0) else str(result.status)
 
 

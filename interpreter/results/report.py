@@ -272,7 +272,7 @@ class ModelResult:
 
     @property
     def inverted(self) -> int:
-        """The number of cells that its solution turns inside out, in the worst of its states."""
+        """Number of cells that the solution inverts, in the worst of its states."""
         own = int((self.solve.get("checks") or {}).get("inverted") or 0) if self.status in ANSWERED else 0
         return max((own, *(state.inverted for state in self.each)))
 

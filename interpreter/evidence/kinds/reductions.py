@@ -45,9 +45,9 @@ class Reductions(Solids):
 
 
 def judged(declared: Declared, solution: Solution) -> Solution:
-    """The solution of a reduced model with its error in the full equations, which it warns of; not converged if large.
+    """Return the solution of a reduced model with its error in the full equations; not converged if that is large.
 
-    The facts get `full_residual`, `estimated_error` (relative) and `estimated_error_m`, as ReductionError has them.
+    The facts get `full_residual`, `estimated_error` (relative) and `estimated_error_m`, as in ReductionError.
     """
     assert solution.reduction_error is not None
     try:
@@ -74,7 +74,7 @@ def _too_large(error: ReductionError) -> bool:
 
 
 def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnostic]:
-    """A warning where a state leaves a residual in the equations of the full model that is worth knowing."""
+    """Return a warning if a state leaves a significant residual in the equations of the full model."""
     if (error.relative or 0.0) <= DOUBTFUL and error.residual <= DOUBTFUL_RESIDUAL:
         return []
     problem = f"`{declared.name}` does not balance the forces of the full model: {_in_words(error, of)}"
@@ -82,7 +82,7 @@ def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnost
 
 
 def _in_words(error: ReductionError, of: str) -> str:
-    """The residual and the estimated error of a reduced model, in words."""
+    """Return the residual and the estimated error of a reduced model, as text."""
     residual = f"the equations of `{of}` keep a residual of {_share(error.residual)} the forces"
     if error.relative is None:
         return residual
@@ -90,7 +90,7 @@ def _in_words(error: ReductionError, of: str) -> str:
 
 
 def _share(part: float) -> str:
-    """A part of something in words: `3 % of`, `2.5 times`."""
+    """Return a ratio as text: `3 % of`, `2.5 times`."""
     return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
 
 

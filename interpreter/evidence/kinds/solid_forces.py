@@ -79,14 +79,14 @@ class Solved:
 
     @cached_property
     def looked_at(self) -> Any:
-        """Nodes whose forces are balanced (k,): None for all, of a large mesh a sample."""
+        """Nodes at which forces are checked (k,): a sample of a large mesh, or None for all nodes."""
         if self.model.formulation != "displacement" or self.case.porous:
             return None
         return solids.sample(len(self.mesh.points), self.mesh.cells, len(solids.rule(self.mesh.kind)[1]))[0]
 
     @cached_property
     def balanced(self) -> tuple[Floats, float, float]:
-        """What `inside` finds at these nodes. Raises Unchecked."""
+        """Forces, residual of the pressure equations and rounding, from `inside` at these nodes. Raises Unchecked."""
         return self.inside(self.looked_at)
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
@@ -239,10 +239,10 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
 def checked_body(
     model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None
 ) -> CheckedBody:
-    """Some cells of one material, deformed, with what makes stress of strain in them. Raises Unchecked.
+    """Return some cells of one material, deformed, with their stress law. Raises Unchecked.
 
-    `rules` are local points (m, q, 3) and weights (m, q) of each cell, where these are not those of their kind:
-    constants are integrated there, which `evidence/graded.py` judges by another quadrature.
+    `rules` are local points (m, q, 3) and weights (m, q) of each cell, if they differ from those of the element:
+    constants are integrated there, and `evidence/graded.py` checks that with another quadrature.
     """
     turned, case = model.rotation == "element", _at_ease(case)
     if getattr(case.material, "directed", False):
@@ -300,7 +300,7 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 
 
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
-    """Of finite strain, by differences of the energy density: all of it, or that of shear and the rest.
+    """Stress at finite strain by differences of the energy density: one term, or two terms, of shear and the rest.
 
     Raises Unchecked.
     """

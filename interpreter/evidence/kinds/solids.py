@@ -74,7 +74,7 @@ class Solids(Sized):
         return reactions_of(self._solved(found))
 
     def rounding(self, found: Found) -> float:
-        """Of the cells around what is held, by the same formulas: eps of the force that a strain of one causes."""
+        """Rounding of the cells around supported nodes, N: eps times the force at a strain of one."""
         state = self._solved(found)
         return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
 
@@ -146,10 +146,10 @@ class Solids(Sized):
         return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
 
     def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
-        """Whether cells at the place disagree on the finer space by hardly less than on their own; never of a mean.
+        """Return whether the finer space barely reduces the stress difference of cells at the place; False for a mean.
 
-        Where a stress grows like r^-a they disagree by 2^a times as much in half the size, and where it is smooth by
-        half or less. Measured: 0.75 to 1.8 in a corner of 270 degrees, 0.04 to 0.6 where a stress has a limit.
+        Where a stress grows like r^-a, halving the cells multiplies that difference by 2^a; where it is smooth, by 1/2
+        or less. Measured: 0.75 to 1.8 in a corner of 270 degrees, 0.04 to 0.6 where a stress has a limit.
         """
         metric: Any = seen.metric
         if metric.over == "mean":
@@ -209,7 +209,7 @@ class Solids(Sized):
         return from_coarser(self.coarser(answer), seen, order, answer)
 
     def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
-        """What of the loads neither mesh has: where a finer one follows a curved side better, the distance has it."""
+        """Return the relative load error that the finer space has too; the distance to it contains the rest."""
         if isinstance(answer.case.analysis, Dynamic) or (
             seen.in_forces and (answer.case.contacts or answer.case.pairs)
         ):

@@ -64,11 +64,11 @@ class Voucher:
         return from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
-        """What of the part of a load that its mesh may be `missing` the error of the mesh does not have, relative."""
+        """Return the part of the relative load error `missing` that the discretisation error does not contain."""
         return missing
 
     def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
-        """Whether a stress or strain seems to have no limit where it is looked at; so it is where nobody can tell."""
+        """Return whether a stress or strain seems to have no limit under refinement at the probe; True if unknown."""
         return True
 
     def coarser(self, answer: Answer) -> list[tuple[Solution, float]]:

@@ -62,7 +62,7 @@ def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces
 
 
 def cut_along(condition: Condition, pieces: Pieces, extent: float) -> Pieces:
-    """Pieces cut along every border of a condition, along curved ones by chords: each lies on one side of all."""
+    """Cut pieces along every border of a condition, curved ones by chords, so that each lies on one side of all."""
     for b in range(len(condition.borders)):
         pieces = _cut(condition, b, pieces, extent)
     return pieces

@@ -211,7 +211,7 @@ class ComparedPoint:
 
     @property
     def inverted(self) -> bool:
-        """Whether its solution has cells inside out."""
+        """Return whether the solution has inverted cells."""
         return any(warning.code in INVERTED for warning in self.warnings)
 
     @property

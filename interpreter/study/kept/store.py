@@ -95,7 +95,7 @@ def _age(path: Path) -> tuple[int, int]:
 
 
 def _is_own(folder: Path) -> bool:
-    """Return whether the folder is one: through a symbolic link nothing is read, written or taken away."""
+    """Return whether the folder is no symbolic link: through one, nothing is read, written or removed."""
     return not folder.is_symlink()
 
 

@@ -92,7 +92,7 @@ class Journal:
 
     @property
     def remark(self) -> str:
-        """Return what to say of entries that are not believed; empty where there are none."""
+        """Return a note on entries that this user's runs did not write; empty if there are none."""
         if not self.foreign:
             return ""
         count = f"{self.foreign} entr{'y' if self.foreign == 1 else 'ies'} of {self.path}"
@@ -150,7 +150,7 @@ def _sound(entry: Json) -> bool:
 
 
 def _authentic(entry: Json) -> bool:
-    """Return whether an entry is this user's, whose code is taken out of it."""
+    """Return whether an entry carries this user's code, which is removed from it."""
     code = entry.pop(CODE, "")
     try:
         return is_authentic(SCHEMA, _text(entry), str(code))
@@ -164,7 +164,7 @@ def _text(entry: Json) -> bytes:
 
 
 def _contents(path: Path) -> bytes:
-    """The bytes of a journal, none where there is no file. Raises Refused, OSError."""
+    """Return the bytes of a journal, empty if there is no file. Raises Refused, OSError."""
     try:
         descriptor = _opened(path, os.O_RDONLY)
     except FileNotFoundError:
@@ -174,7 +174,7 @@ def _contents(path: Path) -> bytes:
 
 
 def _opened(path: Path, flags: int) -> int:
-    """A regular file of the folder, made if it is to be written, never one that a link leads to. Raises Refused."""
+    """Open a regular file, created if it is to be written, never through a symbolic link. Raises Refused."""
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if path.is_symlink() or (path.exists() and not path.is_file()):
         what = "a symbolic link" if path.is_symlink() else "not a regular file"

@@ -282,7 +282,7 @@ def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) ->
 
 
 def _connection_errors() -> tuple[type[BaseException], ...]:
-    """What dask raises where its scheduler is gone."""
+    """Return the exceptions that dask raises when its scheduler is gone."""
     futures = importlib.import_module("concurrent.futures")
     comm = importlib.import_module("distributed.comm")
     return OSError, futures.CancelledError, comm.CommClosedError, TimeoutError
