@@ -57,7 +57,7 @@ class Document:
 
     @property
     def is_too_large(self) -> bool:
-        """Whether the text is larger than that of a scene may be: it is refused, and nothing else is looked for."""
+        """Return whether the text exceeds the size limit of a scene; it is then refused without further checks."""
         return len(self.text) > LARGEST
 
     @cached_property

@@ -79,7 +79,7 @@ class Protocol(LanguageServerProtocol):
         return answer
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """A message of the client; a request whose parameters are none of its method is answered with that error."""
+        """Parse a message of the client; answer a request whose parameters do not fit its method with an error."""
         try:
             return super().structure_message(data)
         except JsonRpcException as error:

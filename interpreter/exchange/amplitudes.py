@@ -61,7 +61,7 @@ def read_amplitude(card: Card) -> Amplitude | str:
 
 @dataclass(frozen=True)
 class StepTimes:
-    """The times at which factors of one step are asked: the end of the step, and the end of the last step kept."""
+    """Times at which load factors of one step are evaluated: its end, and the end of the last step kept."""
 
     period: float
     total: float

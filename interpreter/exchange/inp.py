@@ -96,7 +96,7 @@ class _Step:
 
     @property
     def finite(self) -> bool:
-        """Whether it follows large displacements."""
+        """Return whether the step follows large displacements (NLGEOM)."""
         told = self.card.options.get("NLGEOM")
         return told is not None and (told or "YES").upper() not in ("NO", "OFF")
 

@@ -204,7 +204,7 @@ class Loads:
         return {p.who.upper() for p in self.presses if p.card.keyword == "DSLOAD"}
 
     def holds(self, nodes: Nodes) -> list[Hold]:
-        """Return supports: each set with its directions, where no other says something else of the same nodes."""
+        """Return supports: one per set with its directions, or regrouped by node if sets prescribe different values."""
         by_set: dict[tuple[Target, bool], dict[int, float]] = {}
         members: dict[Target, Ints] = {}
         names: dict[Target, str] = {}

@@ -119,7 +119,7 @@ class Ended:
 
     @property
     def described(self) -> str:
-        """The same in words."""
+        """Sentence that reports the load as ended, with its curve and its times."""
         return (f"{self.what} is 0 at time {self.moment:g}, which is carried over: "
                 f"its curve {self.curve[:20]} is {self.peak:g} at time {self.when:g}")  # fmt: skip
 

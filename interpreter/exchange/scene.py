@@ -84,7 +84,7 @@ def _counted(every: Sequence[Left]) -> tuple[Left, ...]:
 
 
 def _count_pieces(deck: Deck) -> None:
-    """Say of a body in several pieces what holds them together. Raises Foreign of a mesh that a scene refuses so."""
+    """Count the pieces of a body and report what joins them. Raises Foreign if a scene would refuse its mesh."""
     width = deck.cells.shape[1]
     part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
     deck.pieces = len(np.unique(part[deck.cells[:, 0]]))

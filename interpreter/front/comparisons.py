@@ -155,7 +155,7 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _past(scene: Scene, model: Declared) -> str:
-    """What a model of a porous or viscoelastic body is made of, in words, whose stress points do not have; else ""."""
+    """Return the porous or viscoelastic body of a model in words, as its stress is not known at points; else ""."""
     try:
         case = case_for(scene, _solid(scene, model))
     except Fault:  # which is said elsewhere

@@ -104,10 +104,12 @@ def decimals_of(values: Sequence[float | None], scale: Scale, digits: int) -> in
 
 
 def negligible(value: float, largest: float, unit: str, moved: float | None = None) -> bool:
-    """Whether a value is rounding: below 1e-9 of the largest of its column, or of the largest displacement if a length.
+    """Return whether a value is only rounding.
 
-    Where it is not known how far anything has `moved`, m, a length is rounding below a tenth of an atom. A plain number
-    is below 1e-13, 500 times rounding, unless displacements are as small: strains are then.
+    A value is rounding below 1e-9 of the largest of its column, and a length also below 1e-9 of the largest
+    displacement `moved`, m. If `moved` is not known, a length is rounding below 1e-11 m, a tenth of an atom. A plain
+    number is rounding below 1e-13, 500 times the rounding error of one, unless displacements are below 1e-11 m:
+    strains are then as small.
     """
     if moved is None:
         return abs(value) < 1e-9 * largest or abs(value) < {"m": 1e-11, "1": 1e-13}.get(unit, 0.0)

@@ -1,4 +1,4 @@
-"""Meshes that are refused before another library reads them: what they would make it do is not reading that file.
+"""Checks that refuse hazardous mesh files before another library reads them.
 
 meshio opens whatever path an XDMF file names, HDF5 follows its links itself, and the time that meshio takes for VTU
 grows with the square of the tags of appended data.

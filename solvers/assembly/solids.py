@@ -29,9 +29,10 @@ def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: st
 def elastic_parts(
     mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
 ) -> tuple[Elastic, ...]:
-    """The law at all points; or, `selective`, shear at all points and volume once per cell, of its mean gradient.
+    """Return the elastic energy of a law at all points, or its parts for selective integration.
 
-    A law that does not come apart is taken at all points.
+    If `selective`, shear is integrated at all points and volume once per cell, with the mean gradient. A law that
+    cannot be split is integrated at all points.
     """
     laws = parts_for(material, strain) if selective else None
     if laws is None:

@@ -1,1 +1,1 @@
-"""What all rooms stand on: kernels kept on disk, late imports, threads. Nothing of mechanics."""
+"""Shared utilities of all solvers, without mechanics: kernels cached on disk, late imports, threads."""

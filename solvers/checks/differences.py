@@ -110,9 +110,9 @@ def with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
 
 @dataclass(frozen=True)
 class FreeFaces:
-    """The stress of a plate whose faces are free, of a solid's: the stretch along z is that at which P33 = 0.
+    """Plane stress of a solid's law: the stretch along z is the one at which P33 = 0.
 
-    By halving: from 1 outward to where the sign of P33 changes, and then between.
+    It is found by bisection, after a search from 1 outward for a change of sign of P33.
     """
 
     solid: Stress

@@ -49,9 +49,10 @@ def pull_of(tension: Floats, f: Floats) -> Stress:
 
 
 def shortened(psi: Scalar, s: Floats, f: Floats) -> Scalar:
-    """psi of F (n, 3, 3), Pa, of what is at rest where fibres f (n, 3), of any length, are shorter by parts s (n,).
+    """Return the energy density of muscle, Pa, as a function of F (n, 3, 3), with active shortening along fibres.
 
-    Of the energy of its law, by eigenvalues of what the muscle does by itself: psi(F Fa^-1), for Fa keeps the volume.
+    `f` (n, 3) are fibre directions, of any length, and `s` (n,) the shares by which fibres are shorter at rest. The
+    energy is psi(F Fa^-1): the active stretch Fa keeps the volume, and is found by its eigenvalues.
     """
     f = f / np.linalg.norm(f, axis=1, keepdims=True)
     dyads = f[:, :, None] * f[:, None, :]

@@ -104,13 +104,13 @@ class Course:
         return found
 
     def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
-        """P of a law of which the part has relaxed (n, 3, 3), and the error of its entries, Pa."""
+        """Return P (n, 3, 3), Pa, of a law whose viscous part has relaxed, and the error of its entries, Pa."""
         (P, error), (part, more), g = with_error(whole, F), with_error(self.part, F), float(self.g.sum())
         found: Floats = P - g * part + self.pulled(F, held)
         return found, error + g * more
 
     def pulled(self, F: Floats, held: Floats) -> Floats:
-        """P that a held stress makes (n, 3, 3), Pa."""
+        """Return the P (n, 3, 3), Pa, of a stored stress `held`."""
         if self.measure == "small":
             return held
         if self.measure == "turned":

@@ -42,12 +42,13 @@ class Split:
 
 
 def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None:
-    """What pressures take of a law of Young's modulus in Pa, and what is left; None where a law does not come apart.
+    """Split the stress of a law into the part that pressures replace and the rest; None if the law has no such parts.
 
-    Constants are numbers, or those of each of some points (n,), of which the material knows as well.
+    `young`, Pa, and `nu` are numbers, or arrays (n,) of points, which the material then has as well.
 
-    Of small and corotational strain they take K = mu (r + 2/3), r = lam/mu = 2 nu / (1 - 2 nu). Of others mu (r - s),
-    and s mu stays of lam: s = 1/3 for r >= 4/3, else r - 1 or -2/3, whichever is more.
+    For small and corotational strain, pressures replace K = mu (r + 2/3) with r = lam/mu = 2 nu / (1 - 2 nu). For
+    finite strain they replace mu (r - s), and the rest keeps s mu of lam: s = 1/3 for r >= 4/3, else the larger of
+    r - 1 and -2/3.
     """
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
@@ -145,7 +146,7 @@ class Pressed:
 
     @property
     def _spread(self) -> Ints:
-        """Where in one list the pressures of each cell are (m, b)."""
+        """Indices (m, b) of the pressures of each cell in the list of all pressures."""
         element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners]

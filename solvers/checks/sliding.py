@@ -57,16 +57,16 @@ def law(far: Floats, distance: float, stiffness: float) -> Floats:
 
 
 def pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
-    """On points p (s, d), Pa: by all faces of pairs (c, 2), less what these have in common."""
+    """Return the pressures on points p (s, d), Pa, of all faces in pairs (c, 2), less shared sides and corners."""
     return pressed(p, x, faces, pairs, np.ones(len(p)), distance, stiffness)[0]
 
 
 def pressed(
     p: Floats, x: Floats, faces: Ints, pairs: Ints, A: Floats, distance: float, stiffness: float
 ) -> tuple[Floats, Floats]:
-    """Forces on points p (s, d) that stand for areas A (s,), m^2, and back on corners x (v, d), N.
+    """Return the forces on points p (s, d) with areas A (s,), m^2, and the reactions on corners x (v, d), N.
 
-    By all faces of pairs (c, 2), less what these have in common (Li et al. 2023, section 4).
+    They are sums over all faces in pairs (c, 2), less those of shared sides and corners (Li et al. 2023, section 4).
     """
     found, back = np.zeros_like(p), np.zeros_like(x)
     for of, corners, count in _counted(len(x), faces, pairs):

@@ -286,9 +286,9 @@ class CheckedBody:
         return self.rules[0][at], self.rules[1][at]
 
     def forces(self, cells: Ints) -> tuple[Floats, float]:
-        """What the given cells (m, a) pull at their nodes (n, 3), N, and the norm of what rounding may leave in it.
+        """Return the internal forces (n, 3), N, of cells (m, a) at nodes, and a bound of the norm of their rounding, N.
 
-        Where cells have `rules`, all cells of the body.
+        If cells have `rules`, `cells` must be all cells of the body.
         """
         g, reach = np.zeros_like(self.points), np.zeros(len(self.points))
         for at in self._chunks(cells):

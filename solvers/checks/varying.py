@@ -66,7 +66,7 @@ class VaryingPressed(Pressed):
 
 
 def points_in(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
-    """Where local points xi (q, 3), or those of each cell (m, q, 3), lie (m, q, 3), m."""
+    """Return the positions (m, q, 3), m, of local points xi: (q, 3) for all cells, or (m, q, 3) for each."""
     found: Floats = solids.shape(kind, xi) @ points[cells]
     return found
 
@@ -95,7 +95,7 @@ def _term(of: Moduli, mean: bool = False) -> VaryingTerm:
 
 
 def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
-    """Of finite strain, by differences of the energy density: all of it, or that of shear and the rest."""
+    """Return stress terms of finite strain by differences of the energy, as shear and the rest if `selective`."""
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     if of.finite_law() is None or (selective and of.finite_parts() is None):
         return None

@@ -61,7 +61,11 @@ def _around(faces: Ints, count: int) -> tuple[Ints, Ints]:
 def _least(
     V: Floats, faces: Ints, directions: tuple[Floats, Floats, tuple[Ints, Ints]], corner: Ints, face: Ints
 ) -> float:
-    """The same of pairs of a corner and a face (c,); at the corner one of its faces or their mean faces the other."""
+    """Return the least distance, m, from a corner to a face over pairs (c,) that face each other; infinite if none do.
+
+    The normal of the face then points to the corner, and at the corner the normal of one of its own faces, or their
+    mean, points to the face.
+    """
     normals, own, (at, starts) = directions
     apart = ~(faces[face] == corner[:, None]).any(axis=1)
     corner, face = corner[apart], face[apart]

@@ -86,9 +86,10 @@ def _deepest(own: Gap, poses: tuple[Pose, Pose], ends: tuple[Floats, Floats], in
 
 
 def entered(contact: Touching, before: Floats, x: Floats) -> bool:
-    """Whether facets of the surface swept over the middle of a rigid body from a state (dofs,) to the next, m.
+    """Return whether facets of the surface swept over the centroid of a rigid body between two states (dofs,), m.
 
-    They then cut into it by half of its thickness at least. Asked of steps that are short beside that thickness.
+    They then penetrate the body by at least half of its thickness. Use it only for steps that are short relative to
+    that thickness.
     """
     now = contact.at(1.0)
     start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))

@@ -189,7 +189,7 @@ class Touching(Energy):
         return self.barrier.pressure(self.gaps(x))
 
     def presses_on_nodes(self, x: Floats) -> bool:
-        """Whether a point that is a node of the mesh is pressed in a state x (dofs,), m."""
+        """Return whether the rigid body presses on at least one node of the mesh in a state x (dofs,), m."""
         return bool((self.pressures(x)[self._alone[0]] > 0.0).any())
 
     def pushes(self, x: Floats) -> Floats:

@@ -35,13 +35,13 @@ def factor(reach: float, linear: bool, largest: Callable[[float], float], kind: 
 
 
 def is_relaxed(law: Any, many: int = 1) -> bool:
-    """Whether the stress of a law, at so many points with constants of their own, is zero without deformation."""
+    """Return whether the stress of a law is zero without deformation, at `many` points with constants of their own."""
     rest, strained = _stress(law, many, np.zeros((3, 3))), _stress(law, many, np.diag((0.1, 0.0, -0.1)))
     return bool(np.abs(rest).max() <= AGREEING * np.abs(strained).max())
 
 
 def is_linear(law: Any, many: int = 1) -> bool:
-    """Whether the stress of a law is a linear function of H: three multiples of one H agree."""
+    """Return whether the stress of a law is a linear function of H, tested with three multiples of one H."""
     H = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 3))
     once, more, less = (_stress(law, many, k * H) for k in (1.0, 4.0, -2.0))
     with np.errstate(all="ignore"):

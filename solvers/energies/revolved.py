@@ -89,7 +89,7 @@ class Revolved(Elastic):
 
     @cached_property
     def _steepest(self) -> float:
-        """The same with what a distance from the axis adds, 1/m."""
+        """The sum of the gradients of shape functions and of the hoop terms N_a / r, 1/m, which bounds |H| / |u|."""
         return super()._steepest + float(np.abs(self._rings).sum(axis=2).max(initial=0.0))
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:

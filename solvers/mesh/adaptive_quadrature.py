@@ -139,7 +139,7 @@ def adaptive_rule(
 
 
 def straightened(mesh: Mesh) -> Mesh:
-    """The same cells by their corners, where all other nodes lie in the middle between corners; else the mesh."""
+    """Return the mesh with corner nodes only if all other nodes lie midway between corners; else the mesh itself."""
     element = mesh.element
     if element.linear == mesh.kind:
         return mesh
@@ -162,7 +162,7 @@ def _affine(mesh: Mesh) -> Floats | None:
 
 
 def _beyond(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Floats:
-    """How far bounds (g, n) exceed the values that were seen, where that may hide something of weight; else 0."""
+    """Return by how much bounds (g, n) exceed the extremes of sampled values; 0 where the excess is negligible."""
     low, high = bounds
     beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
     beyond = np.where(np.isfinite(beyond), beyond, largest - least)  # nothing is known of it

@@ -35,7 +35,7 @@ def cells_in(mesh: Mesh, name: str) -> Bools:
 
 
 def facets_in(mesh: Mesh, name: str) -> Bools:
-    """Which boundary facets are members (f,); of a group of cells those of its cells, of a group of nodes none."""
+    """Return which boundary facets (f,) are in a group of faces or belong to a group of cells; none for nodes."""
     group = (mesh.groups or {})[name]
     if group.kind == "cells":
         return cells_in(mesh, name)[mesh.facet_cells]
@@ -122,7 +122,7 @@ def turned(faces: Ints, which: Bools, element: type[Element]) -> Ints:
 
 
 def turned_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
-    """The same nodes (k, 2) of cells of which some (m,) have their nodes in the order `element.turned`."""
+    """Return nodes (k, 2), renumbered in the cells `which` (m,) whose nodes now have the order `element.turned`."""
     now = np.argsort(np.array(element.turned))
     cell, local = nodes.T
     return np.stack([cell, np.where(which[cell], now[local], local)], axis=1)

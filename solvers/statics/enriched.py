@@ -81,9 +81,10 @@ def settled(
 
 
 def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None) -> Floats:
-    """The equilibrium (dofs,) near x by the factor of a tangent that is nearly its own: of another law there.
+    """Return the equilibrium (dofs,) near x by modified Newton steps, with the factorised tangent of another law.
 
-    Raises StateLost where steps do not halve one after another, or lead out of the law, and what `watch` raises.
+    Raises StateLost if a step is longer than half of the last one or leaves the domain of the law, and any error of
+    `watch`.
     """
     first = before = 0.0
     with np.errstate(all="ignore"), ALONE:

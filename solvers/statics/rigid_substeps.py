@@ -28,7 +28,7 @@ MOST = 200  # substeps
 
 
 def substeps_of(problem: Statics) -> int:
-    """How many substeps the rigid bodies of a problem need; 1 where none is thin or the motion cannot be split."""
+    """Return the number of substeps for the rigid bodies; 1 if none is thin or the motion cannot be split."""
     contacts = _contacts(problem)
     if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
@@ -36,12 +36,12 @@ def substeps_of(problem: Statics) -> int:
 
 
 def presses_on_nodes(found: Equilibrium) -> bool:
-    """Whether every rigid body presses on a node of the mesh, and not between nodes only, or on nothing at all."""
+    """Return whether every rigid body presses on at least one node of the mesh."""
     return all(contact.presses_on_nodes(found.x) for contact in found.beside)
 
 
 def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
-    """What `find` finds at the end of `count` substeps, each started from the one before. Raises NotConverged."""
+    """Return the equilibrium after `count` substeps, each solved by `find` from the last one. Raises NotConverged."""
     contacts, history, x = _contacts(problem), tuple[Iteration, ...](), problem.start
     first = np.zeros_like(problem.target) if x is None else (x - problem.rest)[problem.fixed]
     places, extras = [_start(c) for c in contacts], [c.extra for c in contacts]
@@ -79,7 +79,7 @@ class _Still:
         return self.body
 
     def pose(self, share: float) -> Pose:
-        """Its motion from where it is declared."""
+        """Return the motion of the body from its declared place; it is the same at every share of the load."""
         return _pose(self.body)
 
 
@@ -98,7 +98,7 @@ def _with(problem: Statics, contacts: list[Any]) -> Statics:
 
 
 def _needed(contact: Any) -> int:
-    """How many substeps of one rigid body, from where it is to where it goes."""
+    """Return the number of substeps that one rigid body needs between its start and its end."""
     start, end = _start(contact), contact.posed(1.0)
     inner = inside(declared(end))
     if not 0.0 < inner < math.inf:

@@ -103,7 +103,7 @@ class Stresses:
         return found if not surface else self._on_boundary(found)
 
     def _on_boundary(self, X: Floats) -> Floats:
-        """Those of some nodes X (n, 3), m, that lie on the boundary."""
+        """Return the nodes among X (n, 3), m, that lie on the boundary."""
         mesh = self.state.mesh
         outer = {tuple(point) for point in mesh.points[np.unique(mesh.facets)].tolist()}
         on: Floats = X[[tuple(point) in outer for point in X.tolist()]].reshape(-1, 3)

@@ -90,11 +90,11 @@ class Layers(Stresses):
 
     @cached_property
     def _interfaces(self) -> Floats:
-        """Triangles (t, 3, 3), m, of the facets between materials, and of the boundary, which no line in it crosses."""
+        """Triangles (t, 3, 3), m, of facets between materials and of the boundary, which no line inside crosses."""
         return np.concatenate([own.state.mesh.points[own.state.mesh.faces] for own in self.each])
 
     def _bisected(self, t: Floats, begin: Floats, end: Floats) -> Floats:
-        """The same shares (k,) with those that are missing between two pieces of different materials."""
+        """Return sorted shares t (k,) with further material changes between neighbours, found by bisection."""
         width = np.diff(t)
         low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
         first, last = (self._material(begin + s[:, None] * (end - begin)) for s in (low, high))
@@ -116,7 +116,7 @@ class Layers(Stresses):
         return found
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """The same nodes as `Stresses` has them, of the cells of each material (n, 3), m."""
+        """Return the nodes (n, 3), m, of the cells with the largest tensors in each material, as in `Stresses`."""
         found = np.concatenate([own.peaks(number, chosen) for own in self.each])
         return found if not surface else self._on_boundary(found)
 

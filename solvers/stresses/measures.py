@@ -109,7 +109,7 @@ class Sides:
 
     @property
     def two_valued(self) -> Any:
-        """Which rows belong to points that have several sides (k,)."""
+        """Mask (k,) of the rows whose points have several sides."""
         return np.bincount(self.rows)[self.rows] > 1
 
 

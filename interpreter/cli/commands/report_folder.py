@@ -135,7 +135,7 @@ class Shelf:
 
 
 def led_elsewhere(folder: Path | None) -> str:
-    """Why a folder that the command line does not name is not written to: a link could lead anywhere. Or nothing."""
+    """Return the error of an output folder that is a symbolic link, which could lead anywhere; else ''."""
     if folder is None or not folder.is_symlink():
         return ""
     return message(str(folder), OSError(None, "it is a symbolic link"), "--out")

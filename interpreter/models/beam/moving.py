@@ -68,7 +68,7 @@ class MovingBeam(PreparedMotion):
         return super()._step_error()
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        """By a difference: points around the axis turn with it."""
+        """Return the displacement field of a mode, by a finite difference, because points turn with the axis."""
         size = float(np.abs(shape).max(initial=0.0)) or 1.0
         self._turning.reset()
         small = NUDGE / size

@@ -204,7 +204,7 @@ class PreparedSolid(OnMesh):
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
     def carried_in(self, state: Floats) -> carried.Carried:
-        """What acts at the nodes in a state with contacts as they are at first, friction with nothing behind it."""
+        """Return the forces at nodes in a state (dofs,), m, with the initial contacts and friction without history."""
         return self._carried(state, self.unknowns.moved(state), self.contacts, {})
 
     def mass(self) -> Any:

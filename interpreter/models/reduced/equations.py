@@ -239,7 +239,7 @@ class PreparedReduced:
         return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
 
     def warm(self) -> None:
-        """Compile what the solution needs."""
+        """Compile the kernels of the solution, outside the clock."""
         self.rest.static.warm()
         if self.problem is not None:
             with suppress(NotConverged):  # it is for the solution to say so

@@ -47,7 +47,7 @@ class MotionBeside(PreparedMotion):
         """Not known: how long it takes to come and go depends on what it meets."""
 
     def _step_error(self) -> None:
-        """Not known, for the same reason."""
+        """Return None: the time-step error is not known, because contact times depend on what the body meets."""
 
     def _state(self, motion: Motion) -> Floats:
         """Displacements, and of every rigid body its middle, axes, velocity and spin in space (18 each,)."""

@@ -94,10 +94,10 @@ Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found
 
 
 def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
-    """The case of cells whose material varies, with its constants at their points of integration. Raises Fault.
+    """Return the case of cells whose material varies, with its constants at integration points. Raises Fault.
 
-    And these points, where cells need others than those of their element, None where they do not. With `pressures` in
-    the cells constants of the volume are integrated as their inverses are.
+    The second value has these points if cells need more than those of their element, else None. With `pressures` in
+    the cells, the inverses of volumetric constants are integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
     must_be_in_range(own.case, mesh)
@@ -118,9 +118,9 @@ def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
 
 
 def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
-    """How cells integrate what of the constants of one material its energy is made of; None of constants that do not.
+    """Return how cells integrate the constants in the energy of one material; None if these constants do not vary.
 
-    Of muscle that is what it does: its law does not vary.
+    For muscle these are its `tension` or `shortening`: its passive law does not vary.
     """
     material = case.material
     found = profiles(material)
@@ -135,18 +135,18 @@ def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
 
 
 def moduli_vary(case: Case) -> bool:
-    """Whether moduli of a material vary."""
+    """Return whether the moduli of a material vary in space."""
     material = case.material
     return not getattr(material, "turning", False) and any(name in OF_LAWS for name in profiles(material))
 
 
 def moduli_of(material: Any, pressures: bool) -> Functions:
-    """What is integrated of the moduli of a material, as `stiffness_of` has them."""
+    """Return the functions of the moduli of a material that `stiffness_of` integrates."""
     return of_stiffness(material.young, material.poisson, pressures, values)
 
 
 def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
-    """How cells integrate the density of one material; None of one that is a number."""
+    """Return how cells integrate the density of one material; None if it is a single number."""
     rho = case.material.density
     return (
         resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
@@ -356,7 +356,7 @@ def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
 
 
 def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
-    """How cells integrate stiffness, for a model with pressures if one was built on the mesh."""
+    """Return how cells integrate stiffness, as for a model with pressures if one was built on the mesh."""
     for pressures in (True, False):
         key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
         if key in mesh.selections:

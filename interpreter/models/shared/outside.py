@@ -98,7 +98,7 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
 
 
 def _are_wide(solid: Any) -> bool:
-    """Whether every rigid body is as wide as the facets that it may press on: what is narrower passes between nodes."""
+    """Return whether every rigid body is as wide as the facets it may press on: a narrower one fits between nodes."""
     import numpy as np
 
     from softmark.interpreter.models.shared.contacting import longest

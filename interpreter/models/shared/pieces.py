@@ -63,9 +63,9 @@ LocalPoints = tuple[Any, Any]  # of each cell, (m, q, 3), and their weights (m, 
 
 
 def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
-    """The points at which cells integrate constants of stiffness, None where they are those of their element.
+    """Return the points at which cells integrate stiffness constants; None if they are those of their element.
 
-    `which` cells of a mesh are of the material that the `case` is of.
+    `which` selects the cells of the mesh that have the material of the `case`.
     """
     if case.uniform:
         return None
@@ -76,7 +76,7 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
 
 
 def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
-    """The same of the points at which they integrate a density."""
+    """Return the points at which the `which` cells integrate density; None if they are those of their element."""
     if case.uniform:
         return None
     from softmark.interpreter.models.shared import graded

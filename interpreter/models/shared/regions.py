@@ -94,7 +94,7 @@ def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, M
 
 
 def submesh(mesh: Mesh, which: Ints) -> Mesh:
-    """A mesh of some cells over all nodes: the same each time, with what is found of it."""
+    """Return a mesh of some cells over all nodes; repeated calls return the same mesh with its cached results."""
     kept: list[tuple[Ints, Mesh]] = mesh.selections.setdefault(submesh, [])
     for own, found in kept:
         if np.array_equal(own, which):

@@ -11,7 +11,7 @@ from softmark.solvers.contact.inertia import volume_of
 
 
 def force_on(touch: Touch) -> float:
-    """What loads come to along the way that is left to a rigid body, N: its weight, and forces at points of it."""
+    """Return the force on a rigid body along its free direction, N: the sum of its weight and its point forces."""
     assert touch.along is not None
     total = 0.0
     for load in touch.loads:

@@ -1,9 +1,9 @@
-"""Bounds of how much softer a body can be than its cells, where Young's modulus varies within these.
+"""Bounds of how much softer a body can be than its cells, where Young's modulus varies within cells.
 
-The displacements of a cell are one polynomial: it takes the arithmetic mean of the modulus (Voigt 1889), as layers side
-by side have. Layers one behind the other have the harmonic mean (Reuss 1929). Along every line of a cell the harmonic
-mean is the least that a body can have where all of its columns along the line act by themselves: no body is softer
-along that line, and layers that the line does not cross cost nothing.
+The displacements of a cell are one polynomial, so the cell has the arithmetic mean of the modulus (Voigt 1889), as
+parallel layers do. Layers in series have the harmonic mean (Reuss 1929). The harmonic mean along a line bounds the
+stiffness of a body along that line from below: a body attains it if all columns along the line act independently.
+Layers that the line does not cross cause no loss.
 """
 
 from __future__ import annotations
@@ -35,9 +35,10 @@ ALL = 0.999  # of the stiffness: no more is taken for lost
 
 @dataclass(frozen=True)
 class Softness:
-    """What cells (k,) may lack in softness: `loss` (k, 3) of the modulus along three axes `ways` (k, 3, 3), unit rows.
+    """Largest loss of stiffness of `cells` (k,) whose modulus varies within them.
 
-    They stand for `times` as many cells.
+    `loss` (k, 3) is the share of the modulus along three axes `ways` (k, 3, 3), rows of unit length. The cells are a
+    sample that stands for `times` as many.
     """
 
     cells: Ints
@@ -59,7 +60,7 @@ class Moduli:
 
 
 def softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
-    """Shares of the modulus that harmonic means along lines are below arithmetic ones; found once for each mesh."""
+    """Return by what share harmonic means of the modulus along lines are below arithmetic ones; cached in the mesh."""
     key = softness, functions.profiles, functions.kept
     if key not in mesh.selections:
         mesh.selections[key] = _softness(mesh, functions, seen)
@@ -84,9 +85,10 @@ def _softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
 
 
 def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
-    """Three directions in cells: in their local coordinates (k, 3, 3), rows, and in space, of length one.
+    """Return three axes of cells as rows (k, 3, 3): in local coordinates, and as unit vectors in space.
 
-    Of hexahedra along their edges; of others, whose edges lie any way, along the axes of space.
+    Axes of hexahedra lie along their edges. Axes of other cells, whose edges have no fixed directions, are those of
+    space.
     """
     middle = mesh.element.gradient(np.array([mesh.element.centre]))[0]
     J = np.einsum("mai,aj->mij", mesh.points[mesh.cells[cells]], middle)
@@ -97,7 +99,7 @@ def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
 
 
 def _along(mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats) -> float:
-    """1 less the mean ratio of harmonic to arithmetic means along lines through local points (k, 3)."""
+    """Return 1 minus the mean ratio of harmonic to arithmetic mean along lines through local points (k, 3)."""
     sides, limits = SIDES[family_of(mesh.element)]
     with np.errstate(all="ignore"):
         reach = (limits - places @ sides.T) / (sides @ way)  # to the planes of the faces (k, f)
@@ -117,9 +119,10 @@ def _along(mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Flo
 
 
 def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> tuple[float, float]:
-    """The strain energy that cells may have too much in displacements u (n, 3), m, and all of it, J: by their modulus.
+    """Return the possible excess of strain energy of cells in displacements u (n, 3), m, and the total, J.
 
-    That is of each cell (m,), Pa. A strain counts along an axis by what of it a plane across that axis feels.
+    `modulus` (m,), Pa, is the mean of each cell. For the loss along an axis, only the strain components on the plane
+    normal to that axis count.
     """
     strain = _strains(mesh, u)
     energy = modulus * mesh.volumes * (strain**2).sum(axis=(1, 2))
@@ -157,7 +160,7 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
 
 
 def _around(mesh: Mesh, c: Floats) -> Floats:
-    """Means over the cells about each cell (m,): continuous pressures see these together."""
+    """Return means (m,) over each cell and its neighbours, because continuous pressures average over these."""
     corners, V = mesh.cells[:, : mesh.element.corners], mesh.volumes
     each, whole = (
         np.bincount(corners.ravel(), np.repeat(w, corners.shape[1]), minlength=len(mesh.points)) for w in (V * c, V)

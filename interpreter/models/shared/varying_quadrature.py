@@ -1,10 +1,10 @@
-"""Quadrature of constants that vary within cells: which cells need more points than their element has, and which
-points.
+"""Quadrature of material constants that vary within cells, with more points in the cells that need them.
 
-Constants are integrated adaptively over every cell, by bounds of their expressions and images that no narrow peak
-escapes (solvers/mesh/adaptive_quadrature.py). A cell whose own points do as well keeps them. Any other is given few
-points with positive weights that integrate polynomials, and polynomials times each constant, as all the points of its
-parts do (solvers/mesh/positive_quadrature.py): the law is then asked at true places of true constants.
+Constants are integrated adaptively over every cell, with bounds of their expressions and images, so that no narrow peak
+is missed (solvers/mesh/adaptive_quadrature.py). A cell keeps the points of its element if they are accurate enough. Any
+other cell gets few points with positive weights, which integrate polynomials, and polynomials times each constant, as
+the adaptive rule does (solvers/mesh/positive_quadrature.py). The law is therefore evaluated with the constants of
+actual points of the cell.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ Look = Callable[[Profile, Floats], Floats]  # a constant at points (..., 3), m
 
 @dataclass(frozen=True)
 class Functions:
-    """What is integrated of the constants of a material: `values` of points (n, 3) and `bounds` of boxes, (g, n) each.
+    """Functions of material constants that cells integrate: `values` (g, n) at points (n, 3), `bounds` over boxes.
 
-    The first `kept` of them enter the energy. Others are inverses, whose means tell how soft a cell can be at most.
+    The first `kept` functions enter the energy. The others are inverses, whose means bound how soft a cell can be.
     """
 
     profiles: tuple[Profile, ...]
@@ -164,12 +164,13 @@ class CellRule:
 
 @dataclass(frozen=True)
 class Resolved:
-    """How the cells of a mesh integrate the constants of a material: `rule`, None where all keep their element's.
+    """Quadrature of the constants of a material over the cells of a mesh, with its errors.
 
-    `missed` (m,) is by how much integrals over each cell are off, relative to those of the constants over all cells,
-    and of this `unseen` (m,) what bounds of the constants leave open. `means` (g, m) are those of the functions,
-    `least` and `largest` (g, m) their extremes that were seen. `own` is the quadrature of other cells, `total` (kept,)
-    the integrals over all cells, `fine` that which was found for all.
+    `rule` has the points of cells that need their own; it is None if all cells keep the quadrature `own` of their
+    element. `missed` (m,) is the error of the integrals over each cell, relative to `total` (kept,), the integrals over
+    all cells. `unseen` (m,) is the part of it that may be hidden between points, by bounds of the constants. `means`
+    (g, m) are means of the functions over cells, `least` and `largest` (g, m) their extremes at points. `fine` is the
+    adaptive rule of all cells.
     """
 
     rule: CellRule | None
@@ -204,9 +205,10 @@ def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
 
 
 def resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolved:
-    """The rule by which cells integrate functions, and what it misses; found once for each mesh.
+    """Return the rule by which cells integrate functions, and its errors; cached in the mesh.
 
-    `own` is the quadrature that cells keep where it does. Raises what looking at a constant raises.
+    `own` is the quadrature of the element, which cells keep where it is accurate enough. Raises any error of evaluating
+    a constant.
     """
     key = key_of(functions, own, mass)
     if key not in mesh.selections:
@@ -216,7 +218,7 @@ def resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolve
 
 
 def key_of(functions: Functions, own: Rule, mass: bool) -> Any:
-    """What `resolved` keeps its answer under, in the selections of a mesh."""
+    """Return the key of the result of `resolved` in the `selections` of a mesh."""
     return resolved, functions.profiles, functions.kept, len(own[1]), mass
 
 

@@ -74,7 +74,7 @@ def _whatever(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
 
 
 def _of_whom(declared: Declared, case: Case) -> tuple[Location, str]:
-    """The place of the material that a model has, and whose it is: the model's own, or else that of the body."""
+    """Return where the material of a model is declared, and the name of its owner: the model, or else the body."""
     if getattr(declared.thing, "material", None) is not None:
         return declared.at("material"), declared.name
     return case.body.at("material"), case.body.name

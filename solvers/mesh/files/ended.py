@@ -65,7 +65,7 @@ def opened(file: Any, mode: str = "r", *further: Any, **options: Any) -> Any:
 
 
 def _silent(text: str, *further: Any, **options: Any) -> None:
-    """Stand in for meshio's warnings, which nobody sees: it spends minutes on breaking a long line into many."""
+    """Replace meshio's warnings, which nobody sees, because it takes minutes to wrap a long line."""
 
 
 def everywhere(package: str) -> None:

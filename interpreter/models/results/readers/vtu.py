@@ -212,7 +212,7 @@ class Source:
 
 
 def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room: int) -> Source:
-    """How a file packs its numbers, which may unpack to so many bytes. Raises Unreadable."""
+    """Return the encoding of the arrays of a file, which may unpack to `room` bytes in all. Raises Unreadable."""
     packer, header = top.get("compressor"), top.get("header_type", "UInt32")
     if packer is not None and packer not in COMPRESSED:
         remedy = f"write it without, or by {' or '.join(COMPRESSED.values())}"

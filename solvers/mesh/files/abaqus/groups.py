@@ -139,7 +139,7 @@ class DeckData:
 
     @property
     def cells(self) -> list[CellBlock]:
-        """Its cells by type."""
+        """Blocks of cells, one for each type."""
         return list(self._blocks())
 
     def _blocks(self) -> Iterator[CellBlock]:

@@ -1,4 +1,4 @@
-"""What one scope of a deck defines: nodes, elements, sets and surfaces of a part, an instance or the assembly.
+"""Nodes, elements, sets and surfaces of one scope of a deck: a part, an instance or the assembly.
 
 A set is a list of entries that refer to numbers, ranges of numbers and other sets. Ranges are never written out: they
 are compared with the numbers that the deck defines.

@@ -48,7 +48,7 @@ class File:
 
 
 def recognised(data: bytes) -> bool:
-    """Whether this is a legacy file with a kind of grid that is read here."""
+    """Return whether the data are a legacy VTK file with a supported kind of grid."""
     if not data.startswith(b"# vtk DataFile"):
         return False
     words = data[:4096].split(b"DATASET", 1)
@@ -268,7 +268,7 @@ class _Reader:
             before += len(ends)
 
     def _as_cells(self, kind: int, size: int, cells: Ints) -> Iterator[tuple[str, Ints, Ints]]:
-        """The same as cells of meshio's kinds, with the row that each was. Raises Malformed."""
+        """Yield cells (k, a) of a VTK type as cells of meshio's types, with their rows in `cells`. Raises Malformed."""
         every = np.arange(len(cells))
         if kind in (POLYGON, STRIP) and size < 3:
             raise Malformed(f"a polygon or strip of {size} points")

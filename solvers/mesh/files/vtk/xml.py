@@ -17,7 +17,7 @@ ARRAYS = ("DataArray", "Array")
 
 
 def recognised(data: bytes) -> bool:
-    """Whether this is an XML file of VTK."""
+    """Return whether the data are a VTK XML file."""
     head = data[:4096].lstrip(b"\xef\xbb\xbf \t\r\n")
     return head.startswith((b"<?xml", b"<VTKFile")) and b"<VTKFile" in head
 
