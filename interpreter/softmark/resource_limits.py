@@ -6,7 +6,7 @@ import functools
 import os
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 FACTOR = 200  # bytes of memory for a byte of a file: texts of numbers take up to 60 of them in Python's lists
 FLOOR = 1 << 30  # bytes for any file, and for the modules that its reader imports
 PATIENCE, PACE = 8.0, 2e-6  # s of the processor for any file, and for each of its bytes
+TURNS = 10_000  # of a loop: what is pending is raised at the first
 SHARE = 0.5  # of the free memory, for the largest of files
 GROUP = Path("/sys/fs/cgroup")
 LIMITS = (  # of a container and what it uses, by versions of the interface
@@ -62,12 +63,13 @@ def _limited_time(seconds: float) -> Iterator[None]:
     clock = time.pthread_getcpuclockid(threading.get_ident()) if hasattr(time, "pthread_getcpuclockid") else None
     used = time.monotonic if clock is None else functools.partial(time.clock_gettime, clock)
     thread, began, ended = ctypes.c_ulong(threading.get_ident()), used(), threading.Event()
-    lock = threading.Lock()
+    lock, raised = threading.Lock(), threading.Event()
 
     def watch() -> None:
         while not ended.wait(max(0.01, left := began + seconds - used())):
             with lock:
                 if left <= 0.0 and not ended.is_set():
+                    raised.set()
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(TooSlow))
                     return
 
@@ -78,8 +80,20 @@ def _limited_time(seconds: float) -> Iterator[None]:
     finally:
         _timed.within = False
         with lock:
-            ended.set()  # from now on nothing is raised; what was not raised yet is taken back
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
+            ended.set()  # from now on nothing is raised
+        if raised.is_set():
+            _take_pending()
+
+
+def _take_pending() -> None:
+    """Let a TooSlow that is set and not raised yet be raised here, and drop it.
+
+    `PyThreadState_SetAsyncExc(thread, NULL)` would take it back too, but leaves the interpreter's flag of pending work
+    set for ever (CPython 3.11), which makes every later function slower and hangs it under a profiler.
+    """
+    with suppress(TooSlow):
+        for _ in range(TURNS):
+            pass
 
 
 _timed = threading.local()

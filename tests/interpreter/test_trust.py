@@ -453,3 +453,18 @@ def test_a_scene_loads_no_plugin(tmp_path: Path) -> None:
             found = checked(Source("a.scene", f"{line}\n{SCENE.partition(chr(10))[2]}"), tmp_path, None)[1]
         assert any(d.severity == "error" for d in found)
     assert not (tmp_path / "ran").exists()
+
+
+def test_a_limit_that_was_not_reached_leaves_no_trace(tmp_path: Path) -> None:
+    """A profiler runs after it: pending work that was never taken back hung functions under one (CPython 3.11)."""
+    code = (
+        "import sys\nfrom pathlib import Path\nfrom softmark.resource_limits import limited_resources\n"
+        "with limited_resources(Path(__file__)):\n    pass\n"
+        "calls = []\nsys.setprofile(lambda *a: calls.append(a[1]))\nstr.upper('a')\nsys.setprofile(None)\n"
+        "def f():\n    return 1\n"
+        "sys.setprofile(lambda *a: calls.append(a[1]))\nf()\nsys.setprofile(None)\nprint(calls.count('call'))\n"
+    )
+    (tmp_path / "a.py").write_text(code, encoding="utf-8")
+    command = [sys.executable, "a.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "1\n", done.stderr
