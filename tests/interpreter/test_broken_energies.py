@@ -166,7 +166,7 @@ def energies() -> dict[str, type[Any]]:
             yield sub
             yield from below(sub)
 
-    ours = (cls for cls in below(Energy) if cls.__module__.startswith("softmark."))  # other tests have some too
+    ours = (cls for cls in below(Energy) if cls.__module__.startswith("softmark.solvers."))  # other tests have some too
     return {cls.__name__: cls for cls in ours if "add_gradient" in vars(cls)}
 
 

@@ -356,7 +356,7 @@ def test_nothing_is_printed_while_reading(
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     missing = str(tmp_path / "missing.vtu")
     assert refusal(missing) == f"there is no file {missing}"
-    assert refusal(str(tmp_path)) == f"there is no file {tmp_path}"
+    assert refusal(str(tmp_path)) == "it cannot be read (it is a folder)"
 
 
 # ------------------------------------------------------------------ files of other cells
