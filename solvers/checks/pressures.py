@@ -19,7 +19,6 @@ from softmark.solvers.checks import solids
 from softmark.solvers.checks.differences import EnergyStress, with_error
 from softmark.solvers.checks.solids import CHUNK, EPS, Floats, Ints, Stress
 from softmark.solvers.elements import CELLS
-from softmark.solvers.materials.varying import Varying, arrays
 
 Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
@@ -68,6 +67,8 @@ def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None
 
 def at_points(law: Any) -> Any:
     """The law itself, or where its constants are those of points (n,) one that hands each batch of points its own."""
+    from softmark.solvers.materials.varying import Varying, arrays  # not for materials that do not vary
+
     return Varying(law) if next(arrays(law), None) is not None else law
 
 

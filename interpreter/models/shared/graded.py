@@ -103,8 +103,11 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
     must_be_in_range(own.case, mesh)
     seen = stiffness_of(own.case, mesh, pressures)
     known = None if seen is None else seen.rule
+    turning = getattr(own.case.material, "turning", False)
+    if turning:
+        rule = mesh.element.quadrature()  # directions are not averaged, as constants of `tet4` are
     X = places(mesh, rule) if known is None else known.places(mesh)
-    if getattr(own.case.material, "turning", False):
+    if turning:
         return replace(own.case, other_material=turned(own.case, mesh, X)), _parts(mesh, known)
     sampled = _sampled(own.case, X)
     if mesh.element.constant and sampled.sampled:
