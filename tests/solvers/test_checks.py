@@ -28,7 +28,7 @@ from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
 from softmark.solvers.energies.springs import Springs
 from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
 from softmark.solvers.materials.polar import rotations
-from softmark.solvers.mesh.interpolation import integration, mean_gradients
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
 
@@ -59,9 +59,10 @@ def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
     assert solids.places(kind) == pytest.approx(CELLS[kind].places())
     assert solids.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
     assert solids.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
-    (own, w), (known, v) = solids.rule(kind), CELLS[kind].quadrature()  # points of the same polynomials, in any order
-    assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
-    assert len(w) == len(v)
+    for centre in (False, True):  # points of the same polynomials, in any order
+        (own, w), (known, v) = solids.rule(kind, centre), (CELLS[kind].quadrature(), centre_rule(CELLS[kind]))[centre]
+        assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
+        assert len(w) == len(v)
 
 
 def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
@@ -87,10 +88,10 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
         if "selective" not in mesh.element.integrations:
             pytest.skip("of linear hexahedra")
         shear, volume = parts_for(GEL, strain) or ()
-        middle = mean_gradients(mesh)
+        middle = integration(mesh, rule=centre_rule(mesh.element))
         energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
         two = (EnergyStress(shear.psi), EnergyStress(volume.psi)) if law is None else (law(MU, 0.0), law(0.0, LAM))
-        terms = (solids.StressTerm(two[0]), solids.StressTerm(two[1], mean=True))
+        terms = (solids.StressTerm(two[0]), solids.StressTerm(two[1], centre=True))
     g = Assembly(u.size, np.zeros(0, dtype=np.int64), energies, []).gradient(u.ravel(), 1.0)
     found, noise = solids.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()

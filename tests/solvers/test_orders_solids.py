@@ -21,7 +21,7 @@ from softmark.solvers.energies.elastic import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law, law_for, parts_for
-from softmark.solvers.mesh.interpolation import integration, mean_gradients
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.equilibrium import Statics, equilibrium
@@ -137,7 +137,7 @@ def energy(mesh: Mesh, material: str, strain: str, integrated: str) -> Energy:
     own, parts = made(material, YOUNG, POISSON), integration(mesh)
     if integrated == "full":
         return Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, strain))
-    laws, middle = parts_for(own, strain), mean_gradients(mesh)
+    laws, middle = parts_for(own, strain), integration(mesh, rule=centre_rule(mesh.element))
     assert laws is not None
     shear = Elastic(mesh.cells, parts.dNdX, parts.w, laws[0])
     return Together((shear, Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))

@@ -21,7 +21,7 @@ from softmark.solvers.energies.loads import DeadForces, FollowerPressure
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.materials.polar import rotations
-from softmark.solvers.mesh.interpolation import integration, mean_gradients
+from softmark.solvers.mesh.interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.reduced.basis import derivatives, orthonormal, principal, vibration
@@ -55,7 +55,7 @@ def mass(mesh: Mesh) -> sparse.csr_matrix:
 
 def energies(mesh: Mesh) -> dict[str, Energy]:
     """Every kind of energy over cells."""
-    parts, middle = integration(mesh), mean_gradients(mesh)
+    parts, middle = integration(mesh), integration(mesh, rule=centre_rule(mesh.element))
     soft = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "corotational")
     A = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "small").dPdF(np.eye(3)[None])[0]
     one = Elastic(mesh.cells, parts.dNdX, parts.w, soft)
