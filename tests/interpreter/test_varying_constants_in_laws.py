@@ -33,8 +33,10 @@ BODIES = {
 }
 FLAT = ("fem(tri6, strain = finite, size = 5 mm)", "fem(quad4, strain = finite, integration = selective, size = 5 mm)",
         "fem(quad8, formulation = mixed, strain = finite, size = 5 mm)")  # fmt: skip
-SOLID = ("fem(tet10, strain = finite, size = 5 mm)", "fem(hex8, strain = small, formulation = mean_dilatation, size = 5 mm)",
-         "beam6dof(segments = 4)", "homogeneous(state = uniaxial)", "mass_spring(size = 5 mm, stiffness = from_material())",
+SOLID = ("fem(tet10, strain = finite, size = 5 mm)",
+         "fem(hex8, strain = small, formulation = mean_dilatation, size = 5 mm)",
+         "beam6dof(segments = 4)", "homogeneous(state = uniaxial)",
+         "mass_spring(size = 5 mm, stiffness = from_material())",
          "outside(program = febio, element = tet10, strain = finite, size = 5 mm)")  # fmt: skip
 
 
@@ -60,6 +62,7 @@ def test_they_are_checked_or_refused(body: str, wrapped: str) -> None:
 
 # refusals of what scenes above say together; an error of spelling among them would hide all others
 REASONS = {
-    "E328", "E358", "E359", "E362", "E363", "E365", "E367", "E370", "E372", "E373", "E374", "E375", "E376", "E435", "E501",
+    "E328", "E358", "E359", "E362", "E363", "E365", "E367", "E370", "E372", "E373", "E374", "E375",
+    "E376", "E435", "E501",
     "E508", "E545",
 }  # fmt: skip
