@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.fields import Field
 from softmark.records import dataclass
 from softmark.references.data import find
 from softmark.references.measured import Frame, Unreadable
-from softmark.resource_limits import reason_of
+from softmark.resource_limits import TooSlow, limited_resources, reason_of
 from softmark.solvers.materials.varying import with_constants
 from softmark.solvers.mesh.voxel_bounds import VoxelBounds
 
@@ -210,9 +210,10 @@ def _mesh(field: Field, file: Path) -> OnMesh:
     if field.length is None:
         raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
     try:
-        read = parsed(file)
-    except UnreadableMesh as error:
-        raise Unreadable(file.name, str(error), error.remedy or "write the file again") from None
+        with limited_resources(file):  # one limit for all attempts at it
+            read = parsed(file)
+    except (UnreadableMesh, TooSlow) as error:
+        raise Unreadable(file.name, str(error), getattr(error, "remedy", None) or "write the file again") from None
     known = {element.meshio: name for name, element in reversed(ELEMENTS.items()) if element.family != "plane"}
     blocks = [i for i, block in enumerate(read.cells) if block.type in known]
     kinds = {read.cells[i].type for i in blocks}

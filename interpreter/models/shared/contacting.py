@@ -108,21 +108,18 @@ def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
     if isinstance(case.analysis, Dynamic):
         return THIN * extent
     travel = max((math.hypot(*s.thing.imposed) for s in (*case.supports, *touch.moved)), default=0.0)
-    travel = travel or _compression(case, touch, mesh)
+    if not travel and touch.along is None:  # how far a rigid body goes that a force presses is not known before
+        travel = _compression(case, mesh)
     return min(THIN * extent, max(SLIGHT * travel, LEAST * extent)) if travel else THIN * extent
 
 
-def _compression(case: Case, touch: Touch, mesh: Mesh) -> float:
-    """Shortening of the body under its loads and those on the rigid body, m; 0 where a load has no force.
+def _compression(case: Case, mesh: Mesh) -> float:
+    """Shortening of the body under its loads, m; 0 where a load has no force.
 
     F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E: bending moves more.
     """
     volume = abs(float(mesh.volumes.sum()))
     total = sum(_force_of(load.thing.action, case, mesh, volume) for load in case.loads)
-    if touch.along is not None:
-        from softmark.interpreter.models.shared.rigid_loads import force_on
-
-        total += abs(force_on(touch))
     return total * mesh.extent**2 / (case.largest_young * volume) if volume > 0.0 else 0.0
 
 
