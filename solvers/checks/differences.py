@@ -86,7 +86,8 @@ class EnergyStress:
                 curvature = np.maximum(curvature, np.abs(mean[2] - mean[0]))
             second, fourth, sixth = (np.tensordot(w, apart, 1) / h for w in ORDERS.values())
             lower, higher = np.abs(fourth - second).max(axis=0), np.abs(sixth - fourth).max(axis=0)
-            left = np.where(higher > 0.0, higher * np.minimum(1.0, higher / lower), 0.0)  # orders go on as they began
+            # orders go on as they began, at worst half as well: a law that bends within the step has no more orders
+            left = np.where(higher > 0.0, higher * np.minimum(1.0, np.sqrt(higher / lower)), 0.0)
             size_of_F = np.abs(f).max(axis=(0, 1))
             rounding = EPS * (size / h + size_of_F * (np.abs(sixth).max(axis=0) / h + 0.25 * curvature / h**2))
         return sixth, left, rounding
