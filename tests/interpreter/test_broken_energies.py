@@ -7,7 +7,6 @@ that is added fails with its name. Laws, elements, loads and supports by themsel
 from __future__ import annotations
 
 import dataclasses
-import functools
 import pkgutil
 from collections.abc import Iterator
 from importlib import import_module
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from broken import must_be_right, said_of
 
 import softmark
 import softmark.solvers
@@ -168,21 +168,6 @@ def energies() -> dict[str, type[Any]]:
 
     ours = (cls for cls in below(Energy) if cls.__module__.startswith("softmark.solvers."))  # other tests have some too
     return {cls.__name__: cls for cls in ours if "add_gradient" in vars(cls)}
-
-
-def said_of(text: str) -> str:
-    """What a run says against its one model, and nothing where it takes the answer for right."""
-    report = softmark.loads('softmark 1\nscene "broken"\n' + text).run()
-    (model,) = report.models.values()
-    if model.status != "converged":
-        return f"{model.status}: {model.message}"
-    return next((f"W353: {w.message}" for w in report.warnings if w.code == "W353"), "")
-
-
-@functools.cache
-def must_be_right(text: str) -> None:
-    """The scene with nothing broken."""
-    assert said_of(text) == ""
 
 
 def test_every_energy_has_a_scene_or_a_reason() -> None:

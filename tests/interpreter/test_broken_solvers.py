@@ -17,6 +17,7 @@ from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
+from broken import HEAD, must_be_right, said_of
 from equal_moduli import CONSTANTS
 
 import softmark
@@ -34,22 +35,6 @@ from softmark.solvers.materials.invariants import OfInvariants
 
 BREAK = 1.05
 QUICK = 2  # cases of each kind in the quick suite: the rest is slow
-HEAD = 'softmark 1\nscene "broken"\n'
-
-
-def said_of(text: str) -> str:
-    """What a run says against its one model, and nothing where it takes the answer for right."""
-    report = softmark.loads(HEAD + text).run()
-    (model,) = report.models.values()
-    if model.status != "converged":
-        return f"{model.status}: {model.message}"
-    return next((f"W353: {w.message}" for w in report.warnings if w.code == "W353"), "")
-
-
-@functools.cache
-def must_be_right(text: str) -> None:
-    """The scene with nothing broken: what is caught later is the break, and not something else."""
-    assert said_of(text) == ""
 
 
 def some_quick(names: Any, quick: int = QUICK) -> list[Any]:
