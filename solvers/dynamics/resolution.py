@@ -153,14 +153,31 @@ def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float
     push = _push(forces, problem, points)
     if not (len(free) and np.all(np.isfinite(K.data)) and np.all(np.isfinite(push)) and np.any(push)):
         return None
+    shifted = shifted_solver(forces, K, M)
+    if shifted is None:
+        return None
+    solve, top = shifted
+    return _inverse(K, M, solve, push, free_rigid_motions(forces, points, M), RIGID * top)
+
+
+def shifted_solver(
+    forces: Forces, K: sparse.csr_matrix, M: sparse.csr_matrix
+) -> tuple[Callable[[Floats], Floats], float] | None:
+    """Return the solver of K + SHIFT top M and `top`, (rad/s)^2, the largest ratio of their diagonals.
+
+    None where that matrix is singular.
+    """
     top = float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
     try:
-        solve = factor((K + SHIFT * top * M).tocsr(), symmetric=forces.conservative).solve
+        return factor((K + SHIFT * top * M).tocsr(), symmetric=forces.conservative).solve, top
     except (Singular, ValueError):
         return None
-    # else held, on a bed, or in coordinates of a reduced model
+
+
+def free_rigid_motions(forces: Forces, points: Floats, M: sparse.csr_matrix) -> Floats | None:
+    """Return the rigid motions of a free body; None if it is held, on a foundation or in reduced coordinates."""
     loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
-    return _inverse(K, M, solve, push, rigid_motions(points, free, M) if loose else None, RIGID * top)
+    return rigid_motions(points, forces.free, M) if loose else None
 
 
 def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:

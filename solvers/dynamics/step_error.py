@@ -28,10 +28,9 @@ from softmark.solvers.dynamics.loading import Constant, Course, graded
 from softmark.solvers.dynamics.midpoint import Midpoint
 from softmark.solvers.dynamics.newmark import Newmark
 from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.resolution import RIGID, SHIFT, rigid_motions
+from softmark.solvers.dynamics.resolution import RIGID, free_rigid_motions, shifted_solver
 from softmark.solvers.dynamics.trapezoidal import Trapezoidal
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.linear.factorisations import Singular, factor
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.scheme import Integrator
@@ -107,14 +106,11 @@ def _modes(
     starts = [f for f in (*patterns, M @ speed) if np.any(f)]
     if not (len(free) and starts and np.all(np.isfinite(K.data)) and np.all(np.isfinite(np.array(starts)))):
         return None
-    top = float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
-    try:
-        solve = factor((K + SHIFT * top * M).tocsr(), symmetric=forces.conservative).solve
-    except (Singular, ValueError):
+    shifted = shifted_solver(forces, K, M)
+    if shifted is None:
         return None
-    loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
-    rigid = rigid_motions(points, free, M) if loose else None
-    V = _ritz(M, solve, starts, rigid)
+    solve, top = shifted
+    V = _ritz(M, solve, starts, free_rigid_motions(forces, points, M))
     if V is None:
         return None
     stiff = V.T @ (K @ V)
