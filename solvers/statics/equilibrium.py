@@ -36,6 +36,7 @@ from softmark.solvers.statics.newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.problem import (
     HELD,
     SLIDES,
+    CoarseTurn,
     Criterion,
     Equilibrium,
     Iteration,
@@ -107,6 +108,8 @@ def _raised(problem: Statics, history: list[Iteration], systems: Systems) -> Equ
         before = len(history)
         try:
             return way(problem, history, systems)
+        except CoarseTurn:  # the careful way follows the same path
+            raise
         except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
             unstable = failure.unstable if unstable is None else unstable
             vain = len(history) - before if problem.rubs and way is _free else vain
@@ -305,6 +308,8 @@ def _careful(problem: Statics, history: list[Iteration], systems: Systems, vain:
             there = _down(newton, begun, target)
             if problem.way is not None and problem.bold and strayed(x, begun, there):
                 raise NotConverged("the turn is lost: the body springs back to another state", tuple(history))
+            if lost := problem.lost(there, target):
+                raise NotConverged(lost, tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
             if problem.jumped(x, there):

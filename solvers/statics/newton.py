@@ -251,8 +251,17 @@ class Newton:
             x, value, length = self._decrease(x, load, g, max(recent), merit)
             recent.append(value)
             self._record(load, number, residual, length)
+            if self.phase == "aside" and (lost := self._lost(x, load)):
+                raise NotConverged(lost, tuple(self.history))
         reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
+
+    def _lost(self, x: Floats, load: float) -> str | None:
+        """Why the last step beside an unstable equilibrium lost turns of the supports; None where it did not."""
+        problem = self.problem
+        if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
+            return "neighbouring nodes have turned past each other"
+        return problem.lost(x, load)
 
     def _done(self, x: Floats, g: Floats, residual: float) -> bool:
         """The tolerance is met, or rounding is all that is left (see Statics)."""

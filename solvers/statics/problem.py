@@ -55,6 +55,10 @@ class NotConverged(Exception):
         self.loose = loose
 
 
+class CoarseTurn(NotConverged):
+    """A turn that cells are too large to follow, on the path from rest: no other way follows it either."""
+
+
 @dataclass(frozen=True)
 class Equilibrium:
     """A converged state, its relative residual, and every iteration that led to it.
@@ -101,6 +105,9 @@ class Way(Protocol):
 
     def at(self, share: float) -> Floats:
         """What is imposed (c,), increments from rest, m or rad, at a share of the load."""
+
+    def lost(self, x: Floats, share: float) -> str | None:
+        """Return why a state does not show the whole turns that its supports have made, or None if it does."""
 
 
 @dataclass(frozen=True)
@@ -189,6 +196,10 @@ class Statics:
     def longest(self) -> float:
         """The largest step of the load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)
+
+    def lost(self, x: Floats, load: float) -> str | None:
+        """Return why a state at a load has lost the turns of its supports, or None; small strain knows no turns."""
+        return None if self.way is None or self.convex else self.way.lost(x, load)
 
     def imposed(self, begin: float, end: float) -> Floats:
         """What supports move on (c,) from one share of the load to another."""

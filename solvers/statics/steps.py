@@ -11,7 +11,8 @@ import numpy as np
 
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.newton import Newton
-from softmark.solvers.statics.problem import NotConverged
+from softmark.solvers.statics.problem import CoarseTurn, NotConverged
+from softmark.solvers.statics.winding import COARSE
 
 FIRST, LEAST = 0.25, 1.0 / 512.0  # steps of load: to begin with, and where the way is given up
 EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the next step is twice as long
@@ -47,7 +48,12 @@ def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | Non
         return None
     if newton.problem.way is not None and strayed(x, start, there):
         return None
-    return there if done and newton.problem.sound(there) else None
+    if not (done and newton.problem.sound(there)):
+        return None
+    lost = newton.problem.lost(there, target)
+    if lost == COARSE:  # on the path itself, which a shorter step follows to the same place
+        raise CoarseTurn(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
+    return None if lost else there
 
 
 def strayed(x: Floats, start: Floats, there: Floats) -> bool:

@@ -280,6 +280,9 @@ class Straight:
     def at(self, share: float) -> np.ndarray:
         return share * self.target
 
+    def lost(self, x: np.ndarray, share: float) -> str | None:
+        return None
+
 
 def test_supports_on_a_way_move_on_from_a_start_by_what_is_left(law: Maker) -> None:
     """To the last digit as without a way: from half the way, not once more by all of it."""

@@ -20,6 +20,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.turning import Turns
     from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.winding import Chain
 
 
 SAME = 1e-12  # relative difference of imposed values that rounding may make
@@ -113,7 +114,21 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
     way = held.turns(fixed, target, mesh.points, 3)
     if way is not None:
         _solid_held(case, mesh, measured, way.early)  # on the way there supports must agree too
+        way = replace(way, chains=_chains(case, mesh))
     return fixed, target, way
+
+
+def _chains(case: Case, mesh: Mesh) -> tuple[Chain, ...]:
+    """Chains of cells between the supports that hold rotations: those that turn, and those of all components."""
+    from softmark.solvers.statics.winding import Grip, chains
+
+    holds = range(2 if case.planar else 3)
+    grips = [
+        Grip(np.nonzero(selected(case, support, mesh))[0], support.thing.rotation)
+        for support in case.supports
+        if support.thing.turns or (support.thing.tracked is None and set(holds) <= set(support.thing.components))
+    ]
+    return chains(mesh.points, mesh.cells, grips)
 
 
 def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Held:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.scene import Declared
     from softmark.interpreter.problem.case import Case
     from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.statics.winding import Chain
 else:
     from softmark.solvers.base.deferred import np
 
@@ -40,6 +41,7 @@ class Turns:
 
     target: Floats
     circles: Sequence[OnCircles]
+    chains: tuple[Chain, ...] = ()  # of cells, from support to support
     early = EARLY
 
     @property
@@ -53,6 +55,11 @@ class Turns:
         for own in self.circles:
             found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
         return found
+
+    def lost(self, x: Floats, share: float) -> str | None:
+        """Return why a state (dofs,) does not show the whole turns that its supports have made, or None if it does."""
+        u = x[: 3 * (len(x) // 3)].reshape(-1, 3)  # pressures come last
+        return next((why for chain in self.chains if (why := chain.lost(u, share))), None)
 
 
 def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,

@@ -1,0 +1,111 @@
+"""Winding of a body between supports that hold its rotation: the whole turns that end positions do not show.
+
+A support that has turned by 360 degrees looks as one that has not turned. A path of equilibria that is followed in
+small steps keeps the twist between two supports; a step that is too large, or an escape from an unstable equilibrium,
+may lose a whole turn of it. Rotations of neighbouring cells, each best fitted to its nodes (Kabsch 1976), are chained
+as quaternions from support to support: each is within half a turn of the one before, so that the chain ends on the
+quaternion of the last support, or on its negative where a whole turn is lost.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.rod_rotation import exponential, quaternion
+
+MOST = 150.0  # degrees between neighbouring cells: near half a turn, either way round may be the shorter
+SHARED = 3  # nodes of a face, in space; in a plane two
+LOST = "the turn is lost: the body springs back by a whole turn"
+COARSE = f"neighbouring cells turn against each other by more than {MOST:.0f} degrees: use smaller cells"
+
+
+@dataclass(frozen=True)
+class Grip:
+    """A support that holds the rotation of what it holds: its nodes (k,), and its rotation vector at full load, rad."""
+
+    nodes: Ints
+    rotation: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Nodes of neighbouring cells (k, a) that lead from one grip to another, and where these nodes are at rest, m."""
+
+    cells: Ints
+    X: Floats  # (k, a, 3)
+    first: tuple[float, float, float]
+    last: tuple[float, float, float]
+
+    def lost(self, u: Floats, share: float) -> str | None:
+        """Return why displacements (n, 3), m, do not show the rotations of both grips at a share, or None."""
+        ends = exponential(share * np.array([self.first, self.last]))
+        chain = np.concatenate([ends[:1], quaternion(_rotations(self.X, self.X + u[self.cells])), ends[1:]])
+        cosines = np.einsum("ij,ij->i", chain[:-1], chain[1:])  # of half the angle from each to the next
+        if np.abs(cosines).min() < math.cos(math.radians(0.5 * MOST)):
+            return COARSE
+        return LOST if np.prod(np.sign(cosines)) < 0.0 else None
+
+
+def chains(points: Floats, cells: Ints, grips: Sequence[Grip]) -> tuple[Chain, ...]:
+    """Return the shortest chain of cells (m, a) from the first grip to each of the others that it is connected with.
+
+    A grip counts where a cell has nodes in it that are not on one line; in a plane, more than one node.
+    """
+    flat = bool(np.ptp(points[:, 2]) == 0.0)
+    cells_of = [_gripped(points, cells, grip, 1 if flat else 2) for grip in grips]
+    held = [(grip, own) for grip, own in zip(grips, cells_of, strict=True) if len(own)]
+    if len(held) < 2:
+        return ()
+    (first, begin), *others = held
+    before, order = _tree(cells, begin, len(points), SHARED - flat)
+    found = []
+    for grip, own in others:
+        reached = own[order[own] >= 0]
+        if len(reached):
+            numbers = [int(reached[np.argmin(order[reached])])]
+            while before[numbers[-1]] >= 0:
+                numbers.append(int(before[numbers[-1]]))
+            route = cells[numbers[::-1]]
+            found.append(Chain(route, points[route], first.rotation, grip.rotation))
+    return tuple(found)
+
+
+def _gripped(points: Floats, cells: Ints, grip: Grip, rank: int) -> Ints:
+    """Numbers of the cells whose nodes in a grip span a line (rank 1) or a plane (rank 2)."""
+    inside = np.isin(cells, grip.nodes)
+    some = np.nonzero(inside.sum(axis=1) > rank)[0]
+    spans = [np.linalg.matrix_rank(np.diff(points[cells[i][inside[i]]], axis=0), 1e-6 * np.ptp(points)) for i in some]
+    return np.asarray(some[np.array(spans, dtype=np.int64) >= rank], dtype=np.int64)
+
+
+def _tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints]:
+    """Which cell each is reached from, the fewest steps from cells to `begin` with, and how many; -1: none."""
+    rows = np.repeat(np.arange(len(cells)), cells.shape[1])
+    touches = sparse.csr_array((np.ones(cells.size, dtype=np.int64), (rows, cells.ravel())), (len(cells), nodes))
+    common = (touches @ touches.T).tocsr()
+    before, order = np.full(len(cells), -1), np.full(len(cells), -1)
+    order[begin], front, steps = 0, begin, 0
+    while len(front):
+        steps, ahead = steps + 1, list[int]()
+        for i in front.tolist():
+            part = slice(common.indptr[i], common.indptr[i + 1])
+            near = common.indices[part][common.data[part] >= shared]
+            new = near[order[near] < 0]
+            order[new], before[new] = steps, i
+            ahead += new.tolist()
+        front = np.array(ahead, dtype=np.int64)
+    return before, order
+
+
+def _rotations(X: Floats, x: Floats) -> Floats:
+    """Rotations (k, 3, 3) that take points X (k, a, 3) nearest to x (k, a, 3), both about their means (Kabsch 1976)."""
+    centred = [p - p.mean(axis=1, keepdims=True) for p in (X, x)]
+    U, _, Vt = np.linalg.svd(np.einsum("kai,kaj->kij", centred[1], centred[0]))
+    U[:, :, 2] *= np.linalg.det(U @ Vt)[:, None]  # no reflection
+    return np.asarray(U @ Vt)
