@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,9 @@ WITHIN, AIMED = 0.9, 0.5  # of the barrier's distance: touch, and where it stops
 SMALL = 1e-4  # of the barrier's distance: differences for a stiffness
 ROUNDED = 4.0  # times what rounding leaves: no less is asked for
 LEAST = 1e-16  # of the size of the body: places that are nearer are one
+LOOKED = 12  # places between others, at most, where the force may have fallen on the way
+STEEP = 3.0  # times the mean slope: what those at both ends may be, squared and added, of a cubic that only rises
+NEAR = 1e-3  # of the force: neighbouring places whose forces are nearer are taken to have nothing between them
 
 Find = Callable[[Statics], Equilibrium]
 
@@ -64,10 +68,18 @@ def pressed(problem: Statics, press: Press, find: Find) -> Equilibrium:
     """What `find` finds of a problem, contacts included, with the rigid body where the force is borne.
 
     `pressed` of its facts has how far that is, m, the force that is `left`, N, the stiffness, N/m, the number of
-    places that were looked at, and whether what it met `gave_way` at one of them. Raises NotConverged where nothing
+    places that were looked at, and whether what it met `gave_way` on the way there. Raises NotConverged where nothing
     stops it, or what does is not stable.
     """
     return _Search(problem, press, find).found()
+
+
+@dataclass(frozen=True)
+class Stiff:
+    """A place, and the stiffness there, N/m."""
+
+    place: Place
+    k: float
 
 
 class _Search:
@@ -78,7 +90,8 @@ class _Search:
         self.history = tuple[Iteration, ...]()
         self.places = 0
         self.least = LEAST * problem.extent
-        self.gave_way, self.failures, self.stride = False, 0, 0.0
+        self.failures, self.stride = 0, 0.0
+        self.seen = list[Stiff]()  # where it met something that is held
         self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
 
     def found(self) -> Equilibrium:
@@ -92,9 +105,10 @@ class _Search:
                 there = self._met(here, float(np.sign(left)))
             else:
                 stiffness = self._stiffness(here)
+                if self._resists(here):
+                    self.seen.append(Stiff(here, stiffness))
                 if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
                     return self._kept(here, left, stiffness)
-                self.gave_way |= not stiffness > 0.0 and self._resists(here)
                 there = self._next(here, left, stiffness)
             if abs(there - here.d) <= self.least:
                 break
@@ -220,13 +234,42 @@ class _Search:
         along = f"{'+' if sign > 0.0 else '-'}{'xyz'[self.press.along]}"
         raise NotConverged(f"nothing stops the rigid body: it goes on along {along}", self.history)
 
+    def _gave_way(self, here: Place) -> bool:
+        """Whether the force falls on the way from where the body was to a place, so that it snaps through.
+
+        Steps may leap over that: where the cubic through two neighbouring places with their stiffnesses need not rise
+        throughout (Fritsch and Carlson 1980), the place midway is looked at as well.
+        """
+        low, high = sorted((self.press.begun, here.d))
+        way = sorted((own for own in self.seen if low <= own.place.d <= high), key=lambda own: own.place.d)
+        near = NEAR * max([abs(self.press.force), *(abs(own.place.push) for own in way)])
+        pairs, looked = list(pairwise(way)), 0
+        if any(not own.k > 0.0 for own in way):
+            return True
+        while pairs and looked < LOOKED:
+            a, b = pairs.pop()
+            far, rise = b.place.d - a.place.d, b.place.push - a.place.push
+            if rise < -near:
+                return True
+            if max(abs(rise), far * a.k, far * b.k) <= near or np.hypot(a.k, b.k) * far <= STEEP * rise:
+                continue
+            try:
+                middle = self._at(0.5 * (a.place.d + b.place.d), a.place)
+            except NotConverged:
+                continue
+            own, looked = Stiff(middle, self._stiffness(middle)), looked + 1
+            if not own.k > 0.0:
+                return True
+            pairs += [(a, own), (own, b)]
+        return False
+
     def _kept(self, here: Place, left: float, stiffness: float) -> Equilibrium:
         """The state with what is known of it. Raises NotConverged where it is not stable."""
         if here.push != 0.0 and not stiffness > 0.0:
             reason = f"what the rigid body meets gives way: it would go on from a force of {abs(here.push):.3g} N"
             raise NotConverged(reason, self.history)
-        known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places}
-        known |= {"gave_way": True} if self.gave_way else {}
+        gave_way = {"gave_way": True} if self._gave_way(here) else {}
+        known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places} | gave_way
         return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
 
 
