@@ -67,6 +67,7 @@ def test_a_ball_goes_as_deep_as_a_support_takes_it_for_that_force(form: dict[str
     for own, part in zip(travels(report, "quads"), parts, strict=True):
         assert own["force_N"] == pytest.approx([0.0, -34e-3 * part, 0.0])
         assert own["stiffness_N_m"] > 0.0
+        assert "gave_way" not in own
     assert [s.metrics["push"].value for s in found.each] == pytest.approx([34e-3 * p for p in parts], rel=1e-7)
     for i, way in enumerate(ways[: 1 if form.get("friction") else 3]):
         hand = f"support hand = displaced(ball, by = (0, {1e3 * way:.17g}, 0) mm)\n"
